@@ -1,0 +1,49 @@
+# `make` lists the targets. `make peen` and `make test` do all set-up themselves on a bare Debian 12.
+SCENE    ?= al2024-s390
+RUN      ?=
+ACCURACY ?=
+# Debian's interpreter, not whatever `python3` the shell finds first: the wheels and YADE's Python are then one version.
+PYTHON   ?= /usr/bin/python3
+
+# g++, libfreefem++-dev: ff-c++ for the kernels. libegl1, libgl1, libxrender1: pyvista draws off-screen and aborts without.
+PACKAGES := yade freefem++ libfreefem++ libfreefem++-dev g++ python3-venv libegl1 libgl1 libxrender1
+BIN      := .venv/bin
+STAMP    := .venv/.ready
+SUDO     := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
+
+export OMP_NUM_THREADS ?= 1
+
+.DEFAULT_GOAL := help
+.PHONY: help setup peen test plugin doctor
+
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+setup: $(STAMP) ## install what is missing: Debian packages (apt) and the virtual environment .venv
+
+# Old package lists answer most installs; they are fetched anew only when they do not.
+$(STAMP): pyproject.toml Makefile
+	@missing=; for p in $(PACKAGES); do \
+	  dpkg-query -W -f '$${db:Status-Status}' $$p 2>/dev/null | grep -qx installed || missing="$$missing $$p"; done; \
+	if [ -n "$$missing" ]; then \
+	  echo "installing:$$missing" >&2; \
+	  install="$(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends$$missing"; \
+	  $$install || { $(SUDO) apt-get update -q && $$install; }; \
+	fi
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "$(PYTHON) is older than 3.11: make setup PYTHON=...")'
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install -q -e '.[test]'
+	@touch $@
+
+peen: plugin ## the main job: run a scene from nozzle to metrics [SCENE=al2024-s390 RUN=folder ACCURACY=fast|balanced|reference]
+	$(BIN)/peen run "$(SCENE)" $(if $(RUN),--out "$(RUN)") $(if $(ACCURACY),--accuracy "$(ACCURACY)")
+
+# A missing solver is a failure here, never a skip.
+test: plugin ## all tests, those that run YADE and FreeFem++ included
+	PEEN_REQUIRE_SOLVERS=1 $(BIN)/python -m pytest
+
+plugin: setup ## compile the FreeFEM kernels into build/plugin (skipped when up to date)
+	@$(BIN)/python -c 'from glue.solvers import build_plugin; print("kernels:", build_plugin())'
+
+doctor: setup ## versions; do the plugins load, do both solvers answer
+	@$(BIN)/peen doctor

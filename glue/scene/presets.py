@@ -1,0 +1,43 @@
+"""Accuracy presets: what "fast", "balanced" and "reference" stand for.  Numerics only, never physics."""
+
+from __future__ import annotations
+
+from glue.scene.model import Accuracy
+
+DEFAULT_PRESET = "balanced"
+
+PRESETS: dict[str, Accuracy] = {
+    accuracy.preset: accuracy
+    for accuracy in (
+        Accuracy(
+            preset="fast",
+            flow_dt_over_P=1.0,
+            dimple_elements_per_radius=3,
+            cell_side_in_radii=4.0,
+            cell_elements_per_side=6,
+            cell_load_steps=3,
+            coverage_points_per_radius=12.0,
+            stamp_points_per_radius=12.0,
+        ),
+        Accuracy(
+            preset="balanced",
+            flow_dt_over_P=1.0,
+            dimple_elements_per_radius=6,
+            cell_side_in_radii=4.8,
+            cell_elements_per_side=8,
+            cell_load_steps=3,
+            coverage_points_per_radius=20.0,
+            stamp_points_per_radius=16.0,
+        ),
+        Accuracy(
+            preset="reference",
+            flow_dt_over_P=0.3,
+            dimple_elements_per_radius=12,
+            cell_side_in_radii=6.4,
+            cell_elements_per_side=10,
+            cell_load_steps=6,
+            coverage_points_per_radius=40.0,
+            stamp_points_per_radius=24.0,
+        ),
+    )
+}

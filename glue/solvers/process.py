@@ -1,0 +1,138 @@
+"""One child process: its own process group, a log, live lines, a time limit, its peak memory."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import selectors
+import shlex
+import shutil
+import signal
+import subprocess
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+_GRACE_S = 2.0  # between SIGTERM and SIGKILL: long enough for a solver to remove its own temporary files
+
+
+class Finished(NamedTuple):
+    """How a process ended; ``exit_code`` is minus the signal's number when a signal killed it."""
+
+    exit_code: int
+    log: Path
+    wall_s: float
+    peak_memory_bytes: int
+
+
+class TimedOut(Exception):
+    """The process was killed because it reached its time limit."""
+
+
+def run(
+    argv: Sequence[str | Path],
+    *,
+    cwd: Path,
+    log: Path,
+    env: Mapping[str, str],
+    timeout_s: float | None = None,
+    on_line: Callable[[str], None] | None = None,
+) -> Finished:
+    """Run ``argv`` to its end, standard input closed, output (both streams, as it comes) in ``log``.
+
+    The log's first line is the command as one would type it, with the variables in ``env`` that
+    differ from this process's. ``on_line`` gets every complete line without its end.
+
+    Raises FileNotFoundError when the program is missing, TimedOut after ``timeout_s`` seconds, and
+    whatever ``on_line`` raises; in each case, and on Ctrl-C, the whole process group is gone by then.
+    """
+    argv = [str(a) for a in argv]
+    log.parent.mkdir(parents=True, exist_ok=True)
+    start = time.monotonic()
+    with open(log, "wb") as log_file:
+        log_file.write(_as_typed(argv, cwd, env).encode() + b"\n")
+        log_file.flush()
+        child = subprocess.Popen(
+            _dies_with_parent(argv), cwd=cwd, env=dict(env), stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True,
+        )  # fmt: skip
+        try:
+            deadline = None if timeout_s is None else start + timeout_s
+            _pump(child, log_file, on_line, deadline)
+            exit_code, peak = _reap(child, deadline)
+        except BaseException:  # Ctrl-C and a failing callback included: no solver outlives its caller
+            _kill_group(child)
+            raise
+        finally:
+            child.stdout.close()
+    return Finished(exit_code, log, time.monotonic() - start, peak)
+
+
+def _as_typed(argv, cwd, env) -> str:
+    changed = [f"{k}={shlex.quote(v)}" for k, v in sorted(env.items()) if os.environ.get(k) != v]
+    return f"$ cd {shlex.quote(str(cwd))} && {' '.join([*changed, shlex.join(argv)])}"
+
+
+def _dies_with_parent(argv: list[str]) -> list[str]:
+    """Have the kernel kill the child when we are killed ourselves (SIGKILL leaves no time to do it)."""
+    setpriv = shutil.which("setpriv")
+    if setpriv is None or shutil.which(argv[0]) is None:  # a missing program must raise here, not in setpriv
+        return argv
+    return [setpriv, "--pdeathsig", "KILL", "--", *argv]
+
+
+def _pump(child, log_file, on_line, deadline) -> None:
+    """Copy the child's output to the log and, line by line, to ``on_line`` until it closes."""
+    pending = b""
+    with selectors.DefaultSelector() as ready:
+        ready.register(child.stdout, selectors.EVENT_READ)
+        while True:
+            left = None if deadline is None else deadline - time.monotonic()
+            if left is not None and left <= 0:
+                raise TimedOut
+            if not ready.select(left):
+                continue
+            data = os.read(child.stdout.fileno(), 65536)
+            if not data:
+                break
+            log_file.write(data)
+            log_file.flush()  # so that `tail -f` on the log shows where a long run is
+            if on_line is None:
+                continue
+            *lines, pending = (pending + data).split(b"\n")
+            for line in lines:
+                on_line(line.decode(errors="replace").rstrip("\r"))
+    if pending and on_line is not None:
+        on_line(pending.decode(errors="replace"))
+
+
+def _reap(child, deadline) -> tuple[int, int]:
+    """Wait for the child's end; its exit code and peak resident memory [bytes]."""
+    while True:
+        # wait4 rather than Popen.wait: it alone reports the memory of this very child.
+        pid, status, usage = os.wait4(child.pid, os.WNOHANG if deadline else 0)
+        if pid:
+            child.returncode = os.waitstatus_to_exitcode(status)
+            return child.returncode, usage.ru_maxrss * 1024  # Linux counts in KiB
+        if time.monotonic() > deadline:  # it closed its output, yet does not end
+            raise TimedOut
+        time.sleep(0.01)
+
+
+def _kill_group(child) -> None:
+    for sig, patience_s in ((signal.SIGTERM, _GRACE_S), (signal.SIGKILL, _GRACE_S)):
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(child.pid, sig)
+        if child.returncode is None:
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                child.wait(patience_s)
+
+
+def tail(log: Path, lines: int = 12) -> str:
+    """The last non-blank lines of a log; empty when there is none."""
+    try:
+        text = log.read_text(errors="replace")
+    except OSError:
+        return ""
+    return "\n".join([line for line in text.splitlines() if line.strip()][-lines:])

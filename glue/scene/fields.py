@@ -1,0 +1,211 @@
+"""What a key of the scene file may hold, and the sentence that says why a value is refused.
+
+Each field answers ``problem(value)`` with None or a sentence that ends with the allowed range or values;
+sentences guess at the unit mistake behind a number that is out of range.  Standard library only.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, field
+
+from glue.scene.catalogue import closest
+
+REQUIRED = object()  # default of a key that has none
+
+# Unit of a key: its name in words, and the units it is mistaken for with their size in it.
+UNITS: dict[str, tuple[str, tuple[tuple[str, float], ...]]] = {
+    "m": ("metres", (("mm", 1e-3), ("um", 1e-6), ("inch", 0.0254))),
+    "s": ("seconds", (("ms", 1e-3), ("min", 60.0))),
+    "m/s": ("metres per second", (("mm/s", 1e-3), ("km/s", 1e3))),
+    "kg/s": ("kilograms per second", (("kg/min", 1.0 / 60.0), ("g/s", 1e-3), ("kg/h", 1.0 / 3600.0))),
+    "kg/m3": ("kilograms per cubic metre", (("g/cm3", 1e3), ("tonne/mm3", 1e12))),
+    "Pa": ("pascals", (("MPa", 1e6), ("GPa", 1e9))),
+    "deg": ("degrees", (("rad", 180.0 / math.pi),)),
+    "1/s": ("one over seconds", ()),
+    "": ("a plain number", (("%", 1e-2),)),
+}
+
+
+def show(number: float) -> str:
+    """Shortest plain form of a number: 2e-5, not 2e-05."""
+    return re.sub(r"e([+-])0*(\d)", lambda m: "e" + m[1].replace("+", "") + m[2], f"{number:.6g}")
+
+
+def quoted(value: object) -> str:
+    """A value as the user wrote it, cut short."""
+    text = f'"{value}"' if isinstance(value, str) else str(value).lower() if isinstance(value, bool) else str(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def kind(value: object) -> str:
+    """The TOML type of a value, in words, for "must be …, not …"."""
+    if isinstance(value, bool):
+        return f"the boolean {quoted(value)}"
+    names = {str: "the text", int: "the integer", float: "the number", list: "an array", dict: "a table"}
+    name = names.get(type(value), "a date or time")
+    return name if isinstance(value, list | dict) else f"{name} {quoted(value)}"
+
+
+@dataclass(frozen=True)
+class Number:
+    """A finite number in [low, high], an integer accepted too.
+
+    ``source`` belongs to the default; ``reason`` says why the range ends where it does.
+    """
+
+    low: float
+    high: float
+    unit: str = ""
+    default: object = REQUIRED
+    source: str = ""
+    reason: str = ""
+
+    @property
+    def allowed(self) -> str:
+        return f"allowed {show(self.low)}..{show(self.high)} {self.unit}".rstrip()
+
+    def problem(self, value: object) -> str | None:
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            return f"must be a number, not {kind(value)}{_number_in_quotes(value)}; {self.allowed}"
+        if isinstance(value, float) and not math.isfinite(value):
+            return f"must be a finite number, not {value}; {self.allowed}"
+        if not self.low <= value <= self.high:
+            reason = f" ({self.reason})" if self.reason else ""
+            return f"{self._off(value)}; {self.allowed}{reason}"
+        return None
+
+    def convert(self, value: float) -> float:
+        return float(value)
+
+    def _off(self, value: float) -> str:
+        """What a value out of range amounts to, and the unit that it was probably meant in."""
+        words, mistaken = UNITS[self.unit]
+        said = f"{quoted(value)} is out of range"
+        if abs(value) > 1e300:  # no unit makes sense of it, and an integer may not even be a float
+            return said
+        if self.unit == "m":
+            said = f"{quoted(value)} is {show(value * 1e3)} mm"
+        if self.unit:
+            said += f"; this key is in {words}"
+        for name, size in mistaken:
+            if self.low <= value * size <= self.high:
+                return f"{said} ({quoted(value)} {name} is written {show(value * size)})"
+        return said
+
+
+@dataclass(frozen=True)
+class Integer:
+    """A whole number in [low, high]."""
+
+    low: int
+    high: int
+    default: object = REQUIRED
+    source: str = ""
+
+    @property
+    def allowed(self) -> str:
+        return f"allowed {self.low}..{self.high}" if self.low != self.high else f"allowed {self.low}"
+
+    def problem(self, value: object) -> str | None:
+        if isinstance(value, bool) or not isinstance(value, int):
+            return f"must be a whole number, not {kind(value)}{_number_in_quotes(value)}; {self.allowed}"
+        return None if self.low <= value <= self.high else f"{quoted(value)} is out of range; {self.allowed}"
+
+    def convert(self, value: int) -> int:
+        return value
+
+
+@dataclass(frozen=True)
+class Text:
+    """A text that matches ``pattern`` as a whole; ``allowed`` says the same in words."""
+
+    pattern: str
+    allowed: str
+    default: object = REQUIRED
+    source: str = ""
+
+    def problem(self, value: object) -> str | None:
+        if not isinstance(value, str):
+            return f"must be a text in quotes, not {kind(value)}; {self.allowed}"
+        return None if re.fullmatch(self.pattern, value) else f"{quoted(value)} is no valid text; {self.allowed}"
+
+    def convert(self, value: str) -> str:
+        return value
+
+
+@dataclass(frozen=True)
+class Word:
+    """One of a few words. ``not_built`` maps words of later versions to what they stand for."""
+
+    words: tuple[str, ...]
+    default: object = REQUIRED
+    source: str = ""
+    not_built: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def allowed(self) -> str:
+        return "allowed " + ", ".join(f'"{word}"' for word in self.words)
+
+    def problem(self, value: object) -> str | None:
+        if not isinstance(value, str):
+            return f"must be a text in quotes, not {kind(value)}; {self.allowed}"
+        if value in self.words:
+            return None
+        if value in self.not_built:
+            return f"{quoted(value)} ({self.not_built[value]}) is not built yet in this version; {self.allowed}"
+        guess = closest(value, self.words)
+        hint = f'; did you mean "{guess}"?' if guess else ""
+        return f"unknown value {quoted(value)}{hint}; {self.allowed}"
+
+    def convert(self, value: str) -> str:
+        return value
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """A coefficient of restitution in (0, 0.94] or exactly 1, the values that the contact law can hold.
+
+    With ``or_word`` that word is accepted too.
+    """
+
+    or_word: str = ""
+    default: object = REQUIRED
+    source: str = ""
+
+    @property
+    def allowed(self) -> str:
+        return "allowed above 0 up to 0.94, or exactly 1" + (f', or "{self.or_word}"' if self.or_word else "")
+
+    def problem(self, value: object) -> str | None:
+        if self.or_word and isinstance(value, str):
+            return None if value == self.or_word else f"unknown value {quoted(value)}; {self.allowed}"
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            return f"must be a number, not {kind(value)}{_number_in_quotes(value)}; {self.allowed}"
+        if not math.isfinite(value):
+            return f"must be a finite number, not {value}; {self.allowed}"
+        if value <= 0:
+            return f"{quoted(value)} is out of range: the contact law has no answer at 0 or below; {self.allowed}"
+        if 0.94 < value < 1:
+            return (
+                f"{quoted(value)} cannot be reached: above 0.94 the contact law of YADE saturates "
+                f"(0.97 rebounds at 0.965, 0.999 at 0.984); {self.allowed}"
+            )
+        if value > 1:
+            return f"{quoted(value)} is out of range: a rebound cannot gain energy; {self.allowed}"
+        return None
+
+    def convert(self, value: float | str) -> float | str:
+        return value if isinstance(value, str) else float(value)
+
+
+def _number_in_quotes(value: object) -> str:
+    """Hint for a number written as text."""
+    if isinstance(value, str):
+        try:
+            float(value)
+        except ValueError:
+            return ""
+        return " (write it without quotes)"
+    return ""

@@ -1,0 +1,83 @@
+"""The impact log survives a round trip bit for bit, and a log that is not whole is never taken for one."""
+
+import numpy as np
+import pytest
+
+from glue.errors import InputError
+from glue.flow import impacts
+
+DESIGN = ("impact_id shot_id time_s duration_s x_m y_m vx_in_m_s vy_in_m_s vz_in_m_s wx_in_rad_s wy_in_rad_s wz_in_rad_s"
+          " vx_out_m_s vy_out_m_s vz_out_m_s wx_out_rad_s wy_out_rad_s wz_out_rad_s diameter_m density_kg_m3 peak_force_N"
+          " collisions_before z_m nx ny nz nozzle_id pass_id medium").split()
+
+
+@pytest.fixture
+def log():
+    rng = np.random.default_rng(7)
+    rows = np.zeros(50, impacts.COLUMNS)
+    for name in rows.dtype.names:
+        rows[name] = rng.integers(0, 9, 50) if rows.dtype[name].kind == "i" else rng.normal(size=50) * 10.0**rng.integers(-9, 9)
+    rows["peak_force_N"][3] = np.nan  # models without forces
+    return rows
+
+
+def test_columns_are_those_of_the_format():
+    assert list(impacts.COLUMNS.names) == DESIGN
+
+
+def test_round_trip_is_exact(log, tmp_path):
+    path = tmp_path / "impacts.csv"
+    impacts.write_impacts(path, log, {"scene_hash": "ab", "model": "dem"})
+    back, header = impacts.read_impacts(path)
+    assert back.tobytes() == log.tobytes()
+    assert header["scene_hash"] == "ab" and header["model"] == "dem"
+    text = path.read_text()
+    assert text.startswith("# impact log, schema 1\n") and text.endswith("\n# end n=50\n")
+    assert list(tmp_path.iterdir()) == [path], "a .part is left"
+
+
+def test_empty_log(tmp_path):
+    impacts.write_impacts(tmp_path / "i.csv", np.empty(0, impacts.COLUMNS), {})
+    assert len(impacts.read_impacts(tmp_path / "i.csv")[0]) == 0
+
+
+@pytest.mark.parametrize("cut", [1, 40, 3000])
+def test_truncated_is_refused_unless_asked(log, tmp_path, cut):
+    path = tmp_path / "impacts.csv"
+    impacts.write_impacts(path, log, {})
+    text = path.read_text()[:-len("# end n=50\n")]
+    path.write_text(text[:-cut])
+    with pytest.raises(InputError, match="truncated"):
+        impacts.read_impacts(path)
+    rows, _ = impacts.read_impacts(path, allow_truncated=True)
+    assert 0 < len(rows) < 50 and rows.tobytes() == log[:len(rows)].tobytes()
+
+
+def test_damage_and_foreign_files_are_refused(log, tmp_path):
+    path = tmp_path / "impacts.csv"
+    impacts.write_impacts(path, log, {})
+    good = path.read_text()
+    lines = good.split("\n")
+    for text, reason in [("\n".join(lines[:10] + lines[11:]), "damaged.*n=50"),
+                         (good + "1,2,3", "damaged"),
+                         (good.replace("schema 1", "schema 2"), "no impact log of schema 1"),
+                         (good.replace("vz_in_m_s", "vz"), "columns are"),
+                         (good.replace("impact log", "shot arrivals"), "no impact log"),
+                         (good.replace(lines[6], "junk," + lines[6].split(",", 1)[1]), "cannot be read"),
+                         ("", "no impact log")]:
+        path.write_text(text)
+        with pytest.raises(InputError, match=reason):
+            impacts.read_impacts(path)
+    with pytest.raises(InputError, match="no such file"):
+        impacts.read_impacts(tmp_path / "none.csv")
+
+
+def test_unfinished_writer_leaves_only_a_part(log, tmp_path):
+    path = tmp_path / "impacts.csv"
+    impacts.write_impacts(path, log[:5], {})  # an older run's log must not survive a failed new one
+    writer = impacts.impact_writer(path, {"model": "dem"})
+    writer.write(log[:20].tolist())
+    writer.abandon()
+    assert not path.exists()
+    rows, header = impacts.read_impacts(writer.part, allow_truncated=True)
+    assert rows.tobytes() == log[:20].tobytes() and header["model"] == "dem"

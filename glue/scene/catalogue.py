@@ -105,13 +105,15 @@ def shot(grade: str, size: str = "mono", size_cv: float | None = None) -> Shots:
     ``size_cv`` replaces the catalogue's coefficient of variation of the diameter.
     :class:`InputError` with the nearest name when there is no such grade.
     """
-    for medium, table in shot_tables().items():
-        if grade in table["sizes"]["diameter_m"]:
-            break
-    else:
+    media = [medium for medium, table in shot_tables().items() if grade in table["sizes"]["diameter_m"]]
+    if not media:
         raise InputError(not_in_catalogue("shot grade", grade, shot_grades()))
+    medium = media[0]
+    table = shot_tables()[medium]
     substance, sizes, spread = table["material"], table["sizes"], table["spread"]
-    parts = {"material": substance, "diameter": sizes} | ({"spread": spread} if size == "distribution" else {})
+    parts = {"material": substance, "diameter": sizes} | (
+        {"spread": spread} if size == "distribution" else {}
+    )
     nominal = sizes["diameter_m"][grade]
     return Shots(
         grade=grade,

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, field
+from typing import Protocol
 
 from glue.scene.catalogue import closest
 
@@ -28,6 +29,23 @@ UNITS: dict[str, tuple[str, tuple[tuple[str, float], ...]]] = {
 }
 
 
+class Field(Protocol):
+    """What every field below offers."""
+
+    default: object
+    source: str
+
+    @property
+    def allowed(self) -> str:
+        """The allowed range or values, in words."""
+
+    def problem(self, value: object) -> str | None:
+        """None for a value that may stand, else the sentence that says what is wrong and what is allowed."""
+
+    def convert(self, value: object) -> object:
+        """A value without problem in the type that the scene holds."""
+
+
 def show(number: float) -> str:
     """Shortest plain form of a number: 2e-5, not 2e-05."""
     return re.sub(r"e([+-])0*(\d)", lambda m: "e" + m[1].replace("+", "") + m[2], f"{number:.6g}")
@@ -35,7 +53,13 @@ def show(number: float) -> str:
 
 def quoted(value: object) -> str:
     """A value as the user wrote it, cut short."""
-    text = f'"{value}"' if isinstance(value, str) else str(value).lower() if isinstance(value, bool) else str(value)
+    text = (
+        f'"{value}"'
+        if isinstance(value, str)
+        else str(value).lower()
+        if isinstance(value, bool)
+        else str(value)
+    )
     return text if len(text) <= 60 else text[:57] + "..."
 
 
@@ -129,7 +153,9 @@ class Text:
     def problem(self, value: object) -> str | None:
         if not isinstance(value, str):
             return f"must be a text in quotes, not {kind(value)}; {self.allowed}"
-        return None if re.fullmatch(self.pattern, value) else f"{quoted(value)} is no valid text; {self.allowed}"
+        return (
+            None if re.fullmatch(self.pattern, value) else f"{quoted(value)} is no valid text; {self.allowed}"
+        )
 
     def convert(self, value: str) -> str:
         return value
@@ -154,10 +180,12 @@ class Word:
         if value in self.words:
             return None
         if value in self.not_built:
-            return f"{quoted(value)} ({self.not_built[value]}) is not built yet in this version; {self.allowed}"
+            return (
+                f"{quoted(value)} ({self.not_built[value]}) is not built yet in this version; {self.allowed}"
+            )
         guess = closest(value, self.words)
-        hint = f'; did you mean "{guess}"?' if guess else ""
-        return f"unknown value {quoted(value)}{hint}; {self.allowed}"
+        hint = f' did you mean "{guess}"?' if guess else ""
+        return f"unknown value {quoted(value)};{hint} {self.allowed}"
 
     def convert(self, value: str) -> str:
         return value
@@ -186,7 +214,7 @@ class Ratio:
         if not math.isfinite(value):
             return f"must be a finite number, not {value}; {self.allowed}"
         if value <= 0:
-            return f"{quoted(value)} is out of range: the contact law has no answer at 0 or below; {self.allowed}"
+            return f"{quoted(value)} is out of range: the contact law has no answer there; {self.allowed}"
         if 0.94 < value < 1:
             return (
                 f"{quoted(value)} cannot be reached: above 0.94 the contact law of YADE saturates "

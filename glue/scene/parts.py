@@ -3,7 +3,14 @@
 from __future__ import annotations
 
 from glue.scene import schema
-from glue.scene.catalogue import derived_combined, material, material_keys, not_in_catalogue, shot, shot_grades
+from glue.scene.catalogue import (
+    derived_combined,
+    material,
+    material_keys,
+    not_in_catalogue,
+    shot,
+    shot_grades,
+)
 from glue.scene.fields import kind
 from glue.scene.model import CombinedHardening, JohnsonCook, Material, Shots
 from glue.scene.table import Table
@@ -13,12 +20,13 @@ _OWN_NUMBERS = ("diameter_m", "density_kg_m3", "E_Pa", "nu")
 
 
 def read_shots(table: Table) -> Shots | None:
-    """``[shots]``: a ``grade`` of the catalogue, or ``diameter_m`` and ``density_kg_m3``; ``size`` either way."""
-    table.refuse_unknown((*schema.SHOTS, *(k for k in schema.SHOTS_NOT_BUILT if k in table)), schema.BELONGS_IN)
-    table.refuse_not_built(schema.SHOTS_NOT_BUILT)
+    """``[shots]``: a ``grade`` of the catalogue, or ``diameter_m`` and ``density_kg_m3``."""
+    table.refuse_others(schema.SHOTS, not_built=schema.SHOTS_NOT_BUILT, elsewhere=schema.BELONGS_IN)
     size = table.get("size", schema.SHOTS["size"])
     if size == "mono" and "size_cv" in table:
-        table.problem("size_cv", 'has no effect with size = "mono"; allowed: size = "distribution", or no size_cv')
+        table.problem(
+            "size_cv", 'has no effect with size = "mono"; allowed: size = "distribution", or no size_cv'
+        )
     if "grade" in table:
         return _shots_of_grade(table, size)
     if not any(key in table for key in _OWN_NUMBERS):
@@ -85,19 +93,19 @@ def read_material(table: Table) -> Material | None:
     if isinstance(value, dict):
         return _own_material(Table(value, table.at("material"), table.log))
     wrong = "missing, and required" if value is None else f"must be a text or a table, not {kind(value)}"
-    table.problem("material", f"{wrong}; allowed: one of {', '.join(material_keys())}, or a table [target.material]")
+    table.problem(
+        "material", f"{wrong}; allowed: one of {', '.join(material_keys())}, or a table [target.material]"
+    )
     return None
 
 
 def _own_material(table: Table) -> Material | None:
-    table.refuse_unknown((*schema.MATERIAL, "johnson_cook", "combined"), {})
+    table.refuse_others((*schema.MATERIAL, "johnson_cook", "combined"))
     values = {key: table.get(key, field) for key, field in schema.MATERIAL.items()}
     curve = table.table("johnson_cook", ", ".join(schema.JOHNSON_COOK))
     johnson_cook = combined = None
     if curve:
-        not_built = [key for key in schema.JOHNSON_COOK_NOT_BUILT if key in curve]
-        curve.refuse_unknown((*schema.JOHNSON_COOK, *not_built), {})
-        curve.refuse_not_built(schema.JOHNSON_COOK_NOT_BUILT)
+        curve.refuse_others(schema.JOHNSON_COOK, not_built=schema.JOHNSON_COOK_NOT_BUILT)
         numbers = {key: curve.get(key, field) for key, field in schema.JOHNSON_COOK.items()}
         johnson_cook = None if None in numbers.values() else JohnsonCook(**numbers)
     if "combined" in table:
@@ -117,7 +125,7 @@ def _own_combined(table: Table) -> CombinedHardening | None:
     law = table.optional_table("combined")
     if law is None:
         return None
-    law.refuse_unknown((*schema.COMBINED, "backstresses"), {})
+    law.refuse_others((*schema.COMBINED, "backstresses"))
     values = {key: law.get(key, field) for key, field in schema.COMBINED.items()}
     terms = law.data.get("backstresses", [])
     allowed = "allowed: an array of up to 2 tables { X_Pa = …, gamma = … }"
@@ -127,7 +135,7 @@ def _own_combined(table: Table) -> CombinedHardening | None:
     pairs = []
     for number, term in enumerate(terms, start=1):
         entry = Table(term, f"{law.at('backstresses')}[{number}]", law.log)
-        entry.refuse_unknown(schema.BACKSTRESS, {})
+        entry.refuse_others(schema.BACKSTRESS)
         pairs.append(tuple(entry.get(key, field) for key, field in schema.BACKSTRESS.items()))
     if None in values.values() or any(None in pair for pair in pairs):
         return None

@@ -6,8 +6,8 @@ Standard library only: YADE's interpreter imports this too.
 from __future__ import annotations
 
 import dataclasses
+import re
 import tomllib
-from collections.abc import Iterable
 from pathlib import Path
 
 from glue.errors import InputError
@@ -23,7 +23,9 @@ EXAMPLES = Path(__file__).resolve().parent / "examples"
 _AUTO = {
     "flow": Choice("dem", "auto: the flow model of this version, every shot-shot collision resolved in YADE"),
     "dimple": Choice("axisymmetric", "auto: the dimple model of this version, axisymmetric finite strain"),
-    "target": Choice("cell", "auto: the target model of this version, a periodic cell under the logged impacts"),
+    "target": Choice(
+        "cell", "auto: the target model of this version, a periodic cell under the logged impacts"
+    ),
 }
 
 
@@ -31,18 +33,18 @@ def read_scene(path: Path | str, *, preset: str | None = None) -> Scene:
     """The scene in the TOML file ``path``, checked and with every default filled in.
 
     ``preset`` takes the place of the file's ``accuracy.preset``.
-    Raises :class:`InputError` with all problems found; one that no file position fits names the preset argument.
+    Raises :class:`InputError` with all problems found.
     """
     path = Path(path)
     log = Log(path)
     top = Table(_parse(path), "", log)
-    known = (*schema.TOP, *schema.TABLES)
-    top.refuse_unknown((*known, *(k for k in schema.TOP_NOT_BUILT if k in top)), schema.BELONGS_IN)
-    top.refuse_not_built(schema.TOP_NOT_BUILT)
+    top.refuse_others(
+        (*schema.TOP, *schema.TABLES), not_built=schema.TOP_NOT_BUILT, elsewhere=schema.BELONGS_IN
+    )
     head = {
         key: top.get(key, field)
         for key, field in schema.TOP.items()
-        # An exposure asked for by coverage has been refused already; asking for the time as well would confuse.
+        # An exposure given as coverage_percent has been refused already: do not call the time missing too.
         if not (key == "exposure_time_s" and "coverage_percent" in top and key not in top)
     }
     shots = _read_shots_table(top)
@@ -53,7 +55,9 @@ def read_scene(path: Path | str, *, preset: str | None = None) -> Scene:
     models = _read_models(top)
     accuracy = _read_accuracy(top, preset)
 
-    for key_path, sentence in _cross_checks(shots, nozzle, material, window, accuracy, head.get("exposure_time_s")):
+    for key_path, sentence in _cross_checks(
+        shots, nozzle, material, window, accuracy, head.get("exposure_time_s")
+    ):
         log.problem(key_path, sentence)
     if log.problems:
         raise InputError(log.problems)
@@ -104,7 +108,8 @@ def _parse(path: Path) -> dict:
     try:
         raw = path.read_bytes()
     except FileNotFoundError:
-        raise InputError(f"{path}: no such file; allowed: a scene file or one of {', '.join(example_names())}") from None
+        names = ", ".join(example_names())
+        raise InputError(f"{path}: no such file; allowed: a scene file, or one of {names}") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     try:
@@ -117,17 +122,27 @@ def _parse(path: Path) -> dict:
     try:
         return tomllib.loads(text)
     except RecursionError:
-        raise InputError(f"{path}: is not TOML that can be read: arrays or tables nested too deeply") from None
+        raise InputError(
+            f"{path}: is not TOML that can be read: arrays or tables nested too deeply"
+        ) from None
     except ValueError as error:  # also what a number of thousands of digits raises
-        last = text.count("\n") + 1
-        what = str(error).replace("at end of document", f"at line {last}, the end of the file")
-        raise InputError(f"{path}: is not valid TOML: {what}") from None
+        raise InputError(f"{path}: is not valid TOML: {_with_line(str(error), text)}") from None
+
+
+def _with_line(message: str, text: str) -> str:
+    """The TOML parser's message with the line it speaks of."""
+    lines = text.splitlines() or [""]
+    at = re.search(r"at line (\d+)", message)
+    number = int(at[1]) if at else len(lines)
+    if not at:
+        message = message.replace("at end of document", f"at line {number}, the end of the file")
+    return f"{message}: {lines[min(number, len(lines)) - 1].strip()}"
 
 
 def _single(top: Table, key: str, several: str, holds: str) -> Table | None:
     """The required table ``[key]``; an array of tables is a feature of a later version."""
     if isinstance(top.data.get(key), list):
-        top.problem(key, f"{several} not built yet in this version; this version has one, written [{key}]")
+        top.problem(key, schema.not_built(several, f"one, written [{key}]"))
         return None
     return top.table(key, holds)
 
@@ -141,7 +156,8 @@ def _read_nozzle(top: Table) -> Nozzle | None:
     table = _single(top, "nozzle", "several nozzles are", ", ".join(schema.NOZZLE))
     if table is None:
         return None
-    _refuse(table, (*schema.NOZZLE, *schema.NOZZLE_ZERO), schema.NOZZLE_NOT_BUILT)
+    known = (*schema.NOZZLE, *schema.NOZZLE_ZERO)
+    table.refuse_others(known, not_built=schema.NOZZLE_NOT_BUILT, elsewhere=schema.BELONGS_IN)
     for key, sentence in schema.NOZZLE_ZERO.items():
         value = table.data.get(key, 0.0)
         if isinstance(value, bool) or not isinstance(value, int | float) or value != 0:
@@ -155,7 +171,8 @@ def _read_target(top: Table):
     table = top.table("target", "material and window_m")
     if table is None:
         return None, None
-    _refuse(table, ("material", "window_m"), schema.TARGET_NOT_BUILT)
+    known = ("material", "window_m")
+    table.refuse_others(known, not_built=schema.TARGET_NOT_BUILT, elsewhere=schema.BELONGS_IN)
     return read_material(table), read_window(table)
 
 
@@ -164,7 +181,7 @@ def _small_table(top: Table, key: str, fields: dict) -> dict:
     table = top.optional_table(key)
     if table is None:
         return dict.fromkeys(fields)
-    _refuse(table, fields, {})
+    table.refuse_others(fields, elsewhere=schema.BELONGS_IN)
     return {name: table.get(name, field) for name, field in fields.items()}
 
 
@@ -182,19 +199,13 @@ def _read_accuracy(top: Table, preset: str | None) -> Accuracy | None:
     if preset is None:
         word = _small_table(top, "accuracy", schema.ACCURACY)["preset"]
         return PRESETS[word] if word else None
-    # The file's own preset is checked too, though not used.
     if "accuracy" in top:
-        _small_table(top, "accuracy", schema.ACCURACY)
+        _small_table(top, "accuracy", schema.ACCURACY)  # checked all the same, though not used
     problem = schema.ACCURACY["preset"].problem(preset)
     if problem:
         top.log.problems.append(f"accuracy preset given for this run: {problem}")
         return None
     return PRESETS[preset]
-
-
-def _refuse(table: Table, known: Iterable[str], not_built: dict[str, str]) -> None:
-    table.refuse_unknown((*known, *(key for key in not_built if key in table)), schema.BELONGS_IN)
-    table.refuse_not_built(not_built)
 
 
 def _cross_checks(shots, nozzle, material, window, accuracy, exposure_time_s):

@@ -14,6 +14,12 @@ MAX_SHOTS = 2_000_000  # a run of days, and an impact log of a gigabyte
 MAX_RASTER_POINTS = 100_000_000  # 0.8 GB for one raster of the window
 MAX_VOLUME_FRACTION = 0.3  # a denser jet is no longer a stream of separate flights
 
+
+def not_built(what: str, instead: str) -> str:
+    """The sentence that refuses a feature of a later version."""
+    return f"{what} not built yet in this version; this version has {instead}"
+
+
 TOP = {
     "schema": Integer(SCHEMA, SCHEMA),
     "name": Text(
@@ -44,14 +50,16 @@ NOZZLE = {
 }
 # Accepted at zero only: what they describe comes later.
 NOZZLE_ZERO = {
-    "divergence_half_angle_deg": "a spreading jet is not built yet in this version; this version has parallel jets",
-    "feed_speed_m_s": "a moving nozzle is not built yet in this version; this version has a nozzle at rest",
+    "divergence_half_angle_deg": not_built("a spreading jet is", "parallel jets"),
+    "feed_speed_m_s": not_built("a moving nozzle is", "a nozzle at rest"),
 }
 
 TARGET = {"window_side_m": Number(2e-5, 0.2, "m")}
 
 MATERIAL = {
-    "name": Text(r".{1,80}", "allowed: 1 to 80 characters", "own material", "name of a material given in the scene"),
+    "name": Text(
+        r".{1,80}", "allowed: 1 to 80 characters", "own material", "name of a material given in the scene"
+    ),
     "source": Text(r".{1,200}", "allowed: 1 to 200 characters", "given in the scene", "no source named"),
     "E_Pa": Number(1e9, 1e12, "Pa"),
     "nu": Number(0.0, 0.49, reason="towards 0.5 the elements lock and the surface stress is wrong"),
@@ -72,7 +80,9 @@ COMBINED = {
 BACKSTRESS = {"X_Pa": Number(0.0, 5e9, "Pa"), "gamma": Number(0.01, 1e5)}
 
 RESTITUTION = {
-    "shot_target": Ratio("from_dimple", "from_dimple", "computed by the single impact of this scene; grade D"),
+    "shot_target": Ratio(
+        "from_dimple", "from_dimple", "computed by the single impact of this scene; grade D"
+    ),
     "shot_shot": Ratio("", 0.8, "steel on steel, .6-.9; grade C"),
 }
 FRICTION = {
@@ -99,30 +109,28 @@ MODELS = {
 ACCURACY = {"preset": Word(tuple(PRESETS), DEFAULT_PRESET, "choice of this project")}
 
 TOP_NOT_BUILT = {
-    "coverage_percent": "choosing the exposure by the coverage is not built yet in this version; this version has "
-    "exposure_time_s (the run reports when 98 % is reached)",
-    "gravity": "gravity is not built yet in this version; this version has straight flights (remove the block)",
-    "air_drag": "air drag is not built yet in this version; this version has flights in vacuum (remove the block)",
-    "strain_rate": "rate dependence is not built yet in this version; this version has rate-independent laws "
-    "(remove the block; C and rate_ref_1_s may stay)",
-    "target_inertia": "the target's inertia is not built yet in this version; this version has a quasi-static "
-    "target (remove the block; it would lower the restitution by about 10 %)",
-    "elastic_shot": "an elastic shot is not built yet in this version; this version has rigid shots in the dimple "
-    "model (remove the block; it would raise the restitution by about 16 %)",
+    "coverage_percent": not_built(
+        "choosing the exposure by the coverage is", "exposure_time_s (a run reports when 98 % is reached)"
+    ),
+    "gravity": not_built("gravity is", "straight flights (remove the block)"),
+    "air_drag": not_built("air drag is", "flights in vacuum (remove the block)"),
+    "strain_rate": not_built("rate dependence is", "rate-independent laws (remove the block)"),
+    "target_inertia": not_built(
+        "the target's inertia is",
+        "a quasi-static target (remove the block; inertia lowers the restitution by about 10 %)",
+    ),
+    "elastic_shot": not_built(
+        "an elastic shot is",
+        "rigid shots in the dimple model (remove the block; elasticity raises the restitution by about 16 %)",
+    ),
 }
-SHOTS_NOT_BUILT = {
-    "mass_fraction": "mixed shots are not built yet in this version; this version has one kind of shot",
-}
+SHOTS_NOT_BUILT = {"mass_fraction": not_built("mixed shots are", "one kind of shot")}
 NOZZLE_NOT_BUILT = {
-    key: "a moving nozzle is not built yet in this version; this version has a nozzle at rest"
-    for key in ("passes", "pitch_m", "dwell_s")
+    key: not_built("a moving nozzle is", "a nozzle at rest") for key in ("passes", "pitch_m", "dwell_s")
 }
-TARGET_NOT_BUILT = {
-    "thickness_m": "a target of finite thickness is not built yet in this version; this version has a thick target",
-}
+TARGET_NOT_BUILT = {"thickness_m": not_built("a target of finite thickness is", "a thick target")}
 JOHNSON_COOK_NOT_BUILT = {
-    key: "the temperature term is not built yet in this version; this version has A_Pa, B_Pa, n, C, rate_ref_1_s"
-    for key in ("m", "melting_K")
+    key: not_built("the temperature term is", "A_Pa, B_Pa, n, C, rate_ref_1_s") for key in ("m", "melting_K")
 }
 
 # Where a key belongs when it stands in the wrong table; keys found in several tables have no single home.

@@ -6,7 +6,9 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from glue.scene.catalogue import closest
-from glue.scene.fields import REQUIRED, kind, quoted
+from glue.scene.fields import REQUIRED, Field, kind, quoted
+
+NOTHING: Mapping[str, str] = {}
 
 
 class Log:
@@ -25,7 +27,7 @@ class Log:
 
 
 class Table:
-    """A table of the file at ``path`` ("" for the top). A value that is refused is logged and read as None."""
+    """The table at ``path`` of the file ("" for the top). A refused value is logged and read as None."""
 
     def __init__(self, data: Mapping[str, object], path: str, log: Log) -> None:
         self.data, self.path, self.log = data, path, log
@@ -40,7 +42,7 @@ class Table:
     def problem(self, key: str, sentence: str) -> None:
         self.log.problem(self.at(key), sentence)
 
-    def get(self, key: str, field) -> object:
+    def get(self, key: str, field: Field) -> object:
         """The checked value of ``key``, its printed default when absent, None when refused."""
         if key not in self.data:
             if field.default is REQUIRED:
@@ -69,19 +71,26 @@ class Table:
             return None
         return Table(value, self.at(key), self.log)
 
-    def refuse_not_built(self, sentences: Mapping[str, str]) -> None:
-        """Refuse the known keys of later versions that are present, each with its sentence."""
-        for key, sentence in sentences.items():
-            if key in self.data:
-                self.problem(key, sentence)
+    def refuse_others(
+        self,
+        known: Iterable[str],
+        *,
+        not_built: Mapping[str, str] = NOTHING,
+        elsewhere: Mapping[str, str] = NOTHING,
+    ) -> None:
+        """Refuse every key that is not ``known``.
 
-    def refuse_unknown(self, known: Iterable[str], elsewhere: Mapping[str, str]) -> None:
-        """Refuse every key not in ``known``. ``elsewhere``: key -> the table it belongs to."""
+        ``not_built``: key of a later version -> the sentence that says what this version has instead.
+        ``elsewhere``: key -> the table it belongs to.
+        """
         known = list(known)
         for key in self.data:
             if key in known:
                 continue
-            guess = closest(key, known)
+            if key in not_built:
+                self.problem(key, not_built[key])
+                continue
+            guess = closest(key, [*known, *not_built])
             if key in elsewhere:
                 hint = f"it belongs in {elsewhere[key]}; "
             else:

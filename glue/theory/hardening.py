@@ -1,4 +1,4 @@
-"""A bounded hardening law that follows a given monotonic curve: the rule for materials without fitted cyclic data.
+"""A bounded hardening law that follows a given monotonic curve: the rule for materials without cyclic data.
 
 Where impacts overlap, the isotropic part of the hardening must be bounded: with an unbounded power law
 the residual stress of a peened surface never levels off.  Few alloys have trustworthy cyclic parameters,
@@ -32,7 +32,7 @@ class Template(NamedTuple):
     slow_rate: float  # b, also the slow backstress's gamma
 
 
-# The law chosen for 2024-T351 is R0 270, Q 80, b 12, X1 130 (gamma 300), X2 60 (gamma 12) MPa: T = 400, S = 140.
+# The law chosen for 2024-T351: R0 270, Q 80, b 12, X1 130 (gamma 300), X2 60 (gamma 12) MPa, so T 400, S 140.
 TEMPLATE = Template(
     yield_share=0.675, fast_share=0.325, fast_gamma=300.0, isotropic_share=80.0 / 140.0, slow_rate=12.0
 )

@@ -1,0 +1,150 @@
+"""Coverage over exposure time, counted on sample points as in the paper: the share of points hit by time t.
+
+The sample points are a square lattice over the window.  Impacts are drawn in order of time as filled ellipses;
+each counts the points that it is the first to cover, so one pass gives the whole curve.  An impact centred
+outside the window covers what it reaches inside.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from glue.errors import InputError
+
+# Points per smallest semi-axis.  The lattice's error in the covered share falls as (spacing/radius)^1.5 and
+# is about 1e-5 (largest of 12 draws 2.2e-5) for 10 000 discs at coverages .3 to .95: see tests/surface/test_coverage.py.
+POINTS_PER_RADIUS = 20.0
+
+
+class History(NamedTuple):
+    """Coverage right after each impact."""
+
+    time_s: np.ndarray  # (n,), sorted
+    coverage: np.ndarray  # (n,), rising, 0-1
+    sample_points: int
+
+    def at(self, times_s) -> np.ndarray:
+        """Coverage at ``times_s`` (any shape): that after the last impact at or before each time."""
+        steps = np.concatenate(([0.0], self.coverage))
+        return steps[np.searchsorted(self.time_s, times_s, side="right")]
+
+
+def coverage_history(x, y, time_s, semi_major, semi_minor, azimuth_rad, window_m, spacing_m=None) -> History:
+    """First-cover history of a window centred on the origin.
+
+    x, y, time_s, semi_major, semi_minor: (n,) impact centres [m], times [s] and dimple semi-axes [m];
+    azimuth_rad: (n,) direction of the major axis from x; window_m: (width, height); spacing_m: largest
+    distance of sample points (rounded down to fit the window), default the smallest semi-axis over
+    POINTS_PER_RADIUS.  Raises InputError for values that are not finite or not positive where they must be.
+    """
+    columns = [np.ascontiguousarray(c, dtype=float) for c in (x, y, time_s, semi_major, semi_minor, azimuth_rad)]
+    _check(columns, window_m, spacing_m)
+    if spacing_m is None:
+        spacing_m = columns[4].min() / POINTS_PER_RADIUS if columns[4].size else max(window_m)
+    order = np.argsort(columns[2], kind="stable")
+    cx, cy, t, major, minor, azimuth = (c[order] for c in columns)
+    width, height = window_m
+    nx, ny = int(np.ceil(width / spacing_m - 1e-9)), int(np.ceil(height / spacing_m - 1e-9))
+    new = _first_covers(cx, cy, major, minor, np.cos(azimuth), np.sin(azimuth), width, height, nx, ny)
+    return History(t, np.cumsum(new) / (nx * ny), nx * ny)
+
+
+def coverage_curve(x, y, time_s, semi_major, semi_minor, azimuth_rad, window_m, spacing_m, times_s) -> np.ndarray:
+    """Coverage (0-1) at each of ``times_s``; arguments and errors of :func:`coverage_history`."""
+    return coverage_history(x, y, time_s, semi_major, semi_minor, azimuth_rad, window_m, spacing_m).at(times_s)
+
+
+def time_to(time_s, coverage, level: float = 0.98) -> float | None:
+    """First of the rising ``time_s`` (n,) whose ``coverage`` (n,) is at least ``level``; None if there is none.
+
+    Exact for a :class:`History`; for a sampled curve late by up to one sample.
+    """
+    reached = np.asarray(coverage) >= level
+    return float(np.asarray(time_s)[np.argmax(reached)]) if reached.any() else None
+
+
+def sweep_factors(sweep):
+    """Reach of an oblique dimple (lead, trail) in contact radii, from the sweep s = v_t t_c / a (array).
+
+    A kinematic model of this project (frictionless, for want of a published one): while the shot sinks in,
+    t from 0 to t_c/2, the contact circle a sin(pi t/t_c) is carried along by the tangential speed v_t, and
+    the dimple is all that it touched.  The leading edge is farthest at t_c/2, lead = 1 + s/2; the trailing
+    edge s tau - sin(pi tau) turns back where cos(pi tau) = s/pi, so that with c = s/pi <= 1
+    trail = sqrt(1 - c^2) - c arccos(c), and 0 beyond (the edge never runs backwards).
+    """
+    s = np.asarray(sweep, dtype=float)
+    c = np.minimum(s / np.pi, 1.0)
+    return 1.0 + 0.5 * s, np.sqrt(1.0 - c**2) - c * np.arccos(c)
+
+
+def dimple_semi_axes(dimple, impacts):
+    """Semi-axes [m] and azimuth [rad] of every impact's dimple: (semi_major, semi_minor, azimuth), each (n,).
+
+    ``impacts`` has the columns diameter_m and v{x,y,z}_in_m_s.  Across the flight a dimple is as wide as a
+    normal impact of the same diameter and normal speed (``dimple.radius_for``); along it the sweep of
+    :func:`sweep_factors` makes it longer, with the reference dimple's contact time scaled by the diameter (by
+    similarity; its weak fall with speed is left out).  The shift of the ellipse's centre is left out too:
+    equal impacts share it, so that it moves the pattern and leaves the coverage alone.
+    """
+    diameter = np.asarray(impacts["diameter_m"], dtype=float)
+    vx, vy = np.asarray(impacts["vx_in_m_s"], dtype=float), np.asarray(impacts["vy_in_m_s"], dtype=float)
+    semi_minor = np.asarray(dimple.radius_for(diameter, -np.asarray(impacts["vz_in_m_s"], dtype=float)))
+    contact_time = dimple.contact_time_s * diameter / dimple.diameter_m
+    lead, trail = sweep_factors(np.hypot(vx, vy) * contact_time / semi_minor)
+    return semi_minor * np.maximum(0.5 * (lead + trail), 1.0), semi_minor, np.arctan2(vy, vx)
+
+
+def _check(columns, window_m, spacing_m):
+    names = ("x", "y", "time_s", "semi_major", "semi_minor", "azimuth_rad")
+    problems = [f"{name}: must be one-dimensional and as long as x" for name, column in zip(names, columns)
+                if column.shape != (columns[0].size,)]
+    problems += [f"{name}: {np.count_nonzero(~np.isfinite(column))} values are not finite"
+                 for name, column in zip(names, columns) if not np.isfinite(column).all()]
+    problems += [f"{name}: must be positive" for name, column in zip(names[3:5], columns[3:5]) if (column <= 0.0).any()]
+    if not (len(window_m) == 2 and min(window_m) > 0.0 and np.isfinite(window_m).all()):
+        problems.append(f"window_m = {window_m}: must be two positive lengths")
+    if spacing_m is not None and not spacing_m > 0.0:
+        problems.append(f"spacing_m = {spacing_m}: must be positive")
+    if problems:
+        raise InputError(problems)
+
+
+@numba.njit(cache=True)
+def _first_covers(cx, cy, major, minor, cos, sin, width, height, nx, ny):
+    """Number of lattice points that each ellipse is the first to cover, (n,) int64, in the order given.
+
+    Points sit at the centres of nx * ny equal cells.  Row by row the ellipse is an exact interval: with
+    u = x - cx, v = y - cy it is p u^2 + 2 q u v + r v^2 <= 1.
+    """
+    dx, dy = width / nx, height / ny
+    bare = np.ones((ny, nx), dtype=np.bool_)
+    new = np.zeros(cx.size, dtype=np.int64)
+    for i in range(cx.size):
+        a2, b2 = 1.0 / major[i] ** 2, 1.0 / minor[i] ** 2
+        p = cos[i] ** 2 * a2 + sin[i] ** 2 * b2
+        q = cos[i] * sin[i] * (a2 - b2)
+        r = sin[i] ** 2 * a2 + cos[i] ** 2 * b2
+        half_height = np.sqrt(p / (a2 * b2))
+        # a lattice coordinate k belongs to position (k + .5) d - side/2
+        origin_x, origin_y = cx[i] + 0.5 * width - 0.5 * dx, cy[i] + 0.5 * height - 0.5 * dy
+        first_row = max(0, int(np.ceil((origin_y - half_height) / dy)))
+        last_row = min(ny - 1, int(np.floor((origin_y + half_height) / dy)))
+        count = 0
+        for row in range(first_row, last_row + 1):
+            v = row * dy - origin_y
+            root = (q * v) ** 2 - p * (r * v * v - 1.0)
+            if root < 0.0:
+                continue
+            half = np.sqrt(root) / p
+            middle = origin_x - q * v / p
+            first = max(0, int(np.ceil((middle - half) / dx)))
+            last = min(nx - 1, int(np.floor((middle + half) / dx)))
+            for column in range(first, last + 1):
+                if bare[row, column]:
+                    bare[row, column] = False
+                    count += 1
+        new[i] = count
+    return new

@@ -1,0 +1,194 @@
+"""The ``peen`` command: results on standard output, progress and complaints on standard error."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import signal
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from glue.errors import InputError, PeenError
+
+_STAGE_COMMANDS = {
+    "flow": "simulate the shot stream in YADE and log every impact",
+    "coverage": "count coverage over exposure time from the impact log",
+    "target": "solve the target under the logged impacts in FreeFEM",
+    "surface": "the peened surface's height map and roughness",
+    "report": "draw the figures and write report.html, of what there is",
+}
+
+_DESCRIPTION = """Shot peening in numbers: YADE simulates the shot stream and logs every impact, FreeFEM solves
+what the impacts do to the target, and this command carries the data between them and turns it into coverage,
+residual stress and roughness.
+
+A SCENE is a TOML file or the name of a shipped example (peen check with a wrong name lists them). A RUN is the
+directory that `peen run` makes; run again, it goes on from the last complete stage."""
+
+_EXAMPLES = """examples:
+  peen doctor                                    is everything installed, do both solvers answer
+  peen check al2024-s390                         what would be modelled, how long would it take
+  peen run al2024-s390                           from nozzle to metrics, into runs/al2024-s390-<inputs>
+  peen run my.toml --out runs/mine --accuracy fast
+  peen run my.toml --only dimple coverage        these stages and what they need
+  peen report runs/mine                          one stage of a run, again if its inputs changed
+  peen dimple --material al2024-t351 --speed 60  one impact
+
+exit codes: 0 done, 2 bad input, 3 a solver failed, 4 a solver did not converge, 130 stopped by Ctrl-C"""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code."""
+    args = _parser().parse_args(argv)
+    # A plain kill becomes an exception too, so that solvers are stopped and half-written files removed.
+    before = signal.signal(signal.SIGTERM, _terminated)
+    try:
+        return args.command(args)
+    except PeenError as problem:
+        _complain("\n".join([str(problem), *getattr(problem, "__notes__", [])]))
+        return problem.exit_code
+    except KeyboardInterrupt:
+        _complain("stopped; the same command goes on from the last complete stage")
+        return 130
+    except BrokenPipeError:  # `peen … | head`
+        sys.stderr.close()
+        return 1
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _terminated(number, frame):
+    raise SystemExit(128 + number)
+
+
+def _complain(text: str) -> None:
+    print(f"peen: {text}", file=sys.stderr)
+
+
+def _parser() -> argparse.ArgumentParser:
+    raw = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser("peen", description=_DESCRIPTION, epilog=_EXAMPLES, formatter_class=raw)
+    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+
+    def add(name: str, does, help_text: str) -> argparse.ArgumentParser:
+        sub = commands.add_parser(name, help=help_text, description=help_text)
+        sub.set_defaults(command=does)
+        sub.add_argument("--json", action="store_true", help="print the result as JSON")
+        return sub
+
+    def accuracy(sub: argparse.ArgumentParser) -> None:
+        sub.add_argument("--accuracy", metavar="PRESET", help="fast, balanced or reference instead of the scene's own; numerics only")
+
+    check = add("check", _check, "validate a scene; print its regime numbers, the models chosen and why, and the cost")
+    check.add_argument("scene", metavar="SCENE")
+    accuracy(check)
+
+    run = add("run", _run, "run a scene, or go on with it")
+    run.add_argument("scene", metavar="SCENE")
+    run.add_argument("--out", metavar="DIR", type=Path, help="the run directory (default runs/<scene name>-<8 hex of the inputs>)")
+    accuracy(run)
+    run.add_argument("--only", metavar="STAGE", nargs="+", default=[], help="these stages and what they need")
+
+    for name, help_text in _STAGE_COMMANDS.items():
+        stage = add(name, _stage, f"{help_text} (a stage of an existing run)")
+        stage.add_argument("run", metavar="RUN", type=Path)
+        stage.set_defaults(stage=name)
+
+    dimple = add("dimple", _dimple, "solve one normal impact of a rigid sphere on a flat target")
+    dimple.add_argument("--material", required=True, help="key of the catalogue, such as al2024-t351")
+    dimple.add_argument("--speed", required=True, type=float, metavar="M_S", help="normal speed [m/s]")
+    dimple.add_argument("--shot", default="S390", metavar="GRADE", help="gives diameter and density (default %(default)s)")
+    dimple.add_argument("--diameter", type=float, metavar="M", help="shot diameter [m] instead of the grade's")
+    accuracy(dimple)
+
+    add("doctor", _doctor, "versions; do the plugins load, do both solvers answer; what to do when not")
+    return parser
+
+
+def _check(args) -> int:
+    from glue.scene.reader import read_scene
+    from glue.study.check import check, check_text
+    from glue.study.pipeline import find_scene
+
+    scene = read_scene(find_scene(args.scene), preset=args.accuracy)
+    print(json.dumps(check(scene), indent=2) if args.json else check_text(scene))
+    return 0
+
+
+def _run(args) -> int:
+    from glue.study import pipeline
+
+    path = pipeline.run(args.scene, args.out, args.accuracy, args.only, Progress())
+    return _show(path, args.json)
+
+
+def _stage(args) -> int:
+    from glue.study import pipeline
+
+    path = pipeline.rerun(args.run, [args.stage], Progress())
+    return _show(path, args.json)
+
+
+def _show(path: Path, as_json: bool) -> int:
+    from glue.study.rundir import METRICS
+    from glue.study.summary import summary
+
+    print((path / METRICS).read_text(encoding="utf-8").rstrip() if as_json else summary(path))
+    return 0
+
+
+def _dimple(args) -> int:
+    from glue.study.single import single_dimple
+
+    result = single_dimple(args.material, args.speed, args.shot, args.diameter, args.accuracy, Progress())
+    if args.json:
+        print(json.dumps(result, indent=2))
+    else:
+        for key, value in result.items():
+            print(f"{key:<20} {value:.6g}" if isinstance(value, float) else f"{key:<20} {value}")
+    return 0
+
+
+def _doctor(args) -> int:
+    from glue.solvers import doctor, versions
+
+    rows = doctor()
+    if args.json:
+        print(json.dumps({"rows": [r._asdict() for r in rows], "versions": versions()}, indent=2))
+    else:
+        for row in rows:
+            print(f"{'ok  ' if row.ok else 'FAIL'}  {row.what:<22} {row.detail}")
+            if not row.ok:
+                print(f"      {'':<22} try: {row.advice}")
+        print(f"{sum(r.ok for r in rows)}/{len(rows)} passed")
+    return 0 if all(r.ok for r in rows) else 3
+
+
+class Progress:
+    """Writes a stage's progress with the time left on standard error: in place on a terminal, else every 10 s."""
+
+    def __init__(self):
+        self._stage, self._start, self._shown = "", 0.0, 0.0
+
+    def __call__(self, stage: str, fraction: float | None, text: str = "") -> None:
+        now = time.monotonic()
+        if stage != self._stage:
+            self._stage, self._start, self._shown = stage, now, -1e9
+        last = fraction is not None and fraction >= 1.0
+        live = sys.stderr.isatty()
+        if not last and now - self._shown < (0.2 if live else 10.0):
+            return
+        self._shown = now
+        parts = [f"{stage:<9}"]
+        if fraction is not None and 0.0 < fraction < 1.0:
+            left_s = (now - self._start) / fraction * (1.0 - fraction)
+            parts.append(f"{100 * fraction:3.0f} %, {left_s:.0f} s left")
+        if text:
+            parts.append(text)
+        if last and now - self._start > 0.05:
+            parts.append(f"({now - self._start:.1f} s)")
+        line = "  ".join(parts)
+        end = "\n" if last or not live else ""
+        print(f"\r\033[K{line}" if live else line, end=end, file=sys.stderr, flush=True)

@@ -1,0 +1,187 @@
+"""Runs stages in order, each only when its inputs changed, and keeps the run directory's record of it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from glue import solvers
+from glue.errors import InputError, PeenError
+from glue.scene.model import Scene
+from glue.scene.reader import example_names, example_path, read_scene, resolved_dict
+from glue.study.rundir import RunDirectory, digest, file_digest, read_manifest
+from glue.study.stage import Stage, Work
+
+# progress(stage, fraction done or None, text): called from the thread that runs the stage.
+Progress = Callable[[str, float | None, str], None]
+
+
+def find_scene(argument: str) -> Path:
+    """Path of a scene given as a file or as the name of a shipped example. Raises InputError."""
+    path = Path(argument)
+    if path.exists():
+        return path
+    shipped = example_path(argument)
+    if shipped is None:
+        raise InputError(f"{argument}: no such scene file, nor a shipped example ({', '.join(example_names())})")
+    return shipped
+
+
+def default_out(scene: Scene) -> Path:
+    """``runs/<scene name>-<8 hex of the inputs>``."""
+    return Path("runs") / f"{scene.name}-{digest(resolved_dict(scene))[:8]}"
+
+
+def run(
+    scene_argument: str,
+    out: Path | None = None,
+    preset: str | None = None,
+    only: Sequence[str] = (),
+    progress: Progress = lambda stage, fraction, text: None,
+    stages: Sequence[Stage] | None = None,
+) -> Path:
+    """Run a scene (file or shipped name) into ``out`` and return the run directory.
+
+    ``only`` names the stages wanted; what they need is brought up to date first. Raises InputError
+    before any solver starts, SolverFailed or NotConverged with the run directory in a note.
+    """
+    stages = _default_stages() if stages is None else stages
+    wanted = _with_needs(only or [s.name for s in stages], stages)
+    scene_file = find_scene(scene_argument)
+    scene = read_scene(scene_file, preset=preset)
+    path = out or default_out(scene)
+    facts = {"scene": scene.name, "seed": scene.seed, "choices": choices(scene), "defaults_used": list(scene.defaults_used)}
+    with RunDirectory.create_or_continue(path, scene_file=scene_file, preset=preset, resolved=resolved_dict(scene), facts=facts) as folder:
+        _run_stages(folder, scene, wanted, stages, progress)
+    return path
+
+
+def rerun(path: Path, only: Sequence[str], progress: Progress, stages: Sequence[Stage] | None = None) -> Path:
+    """Bring stages of an existing run directory up to date; errors as for :func:`run`."""
+    stages = _default_stages() if stages is None else stages
+    wanted = _with_needs(only, stages)
+    with RunDirectory.open(path) as folder:
+        scene = read_scene(folder.scene_file, preset=folder.manifest["preset_argument"])
+        if digest(resolved_dict(scene)) != folder.manifest["inputs_sha256"]:
+            raise InputError(f"{folder.scene_file}: was changed after the run was made (or the catalogue was); run it into a new directory")
+        _run_stages(folder, scene, wanted, stages, progress)
+    return path
+
+
+def choices(scene: Scene) -> dict:
+    """{stage: {"model", "why"}} for the manifest and for printing."""
+    return {name: {"model": c.model, "why": c.why} for name, c in vars(scene.models).items()}
+
+
+def stages_done(path: Path) -> list[str]:
+    """Names of the stages that the manifest of ``path`` calls complete."""
+    return [name for name, record in read_manifest(path)["stages"].items() if record["state"] == "complete"]
+
+
+def _default_stages() -> tuple[Stage, ...]:
+    from glue.study.stages import STAGES  # here, since it loads every model (numba, scipy: 2 s)
+
+    return STAGES
+
+
+def _with_needs(names: Iterable[str], stages: Sequence[Stage]) -> list[Stage]:
+    """The named stages and all that they need, in order. Raises InputError for a name that is none."""
+    known = {s.name: s for s in stages}
+    unknown = [n for n in names if n not in known]
+    if unknown:
+        raise InputError(f"--only: no stage {', '.join(unknown)}; allowed: {', '.join(known)}")
+    wanted, pending = set(), list(names)
+    while pending:
+        name = pending.pop()
+        if name not in wanted:
+            wanted.add(name)
+            pending += known[name].needs
+    return [s for s in stages if s.name in wanted]
+
+
+def _builds_on(stage: Stage, stages: Sequence[Stage]) -> list[Stage]:
+    """Later stages that read what ``stage`` writes, directly or through others."""
+    found = {stage.name}
+    for later in stages:  # in order, so one pass follows every chain
+        if found & {*later.needs, *later.uses}:
+            found.add(later.name)
+    return [s for s in stages if s.name in found and s is not stage]
+
+
+def _run_stages(folder: RunDirectory, scene: Scene, wanted, stages, progress: Progress) -> None:
+    versions = solvers.versions()
+    for stage in wanted:
+        done = frozenset(n for n, r in folder.manifest["stages"].items() if r["state"] == "complete")
+        code = _code(stage)
+        inputs = {
+            "scene": folder.manifest["inputs_sha256"],
+            "code": code,
+            "versions": {k: versions[k] for k in ("yade", "freefem")},
+            "upstream": {n: folder.outputs_digest(n) for n in (*stage.needs, *stage.uses)},
+        }
+        input_hash = digest(inputs)
+        if folder.is_current(stage.name, input_hash):
+            progress(stage.name, 1.0, "up to date")
+            continue
+        later = _builds_on(stage, stages)
+        folder.begin(stage.name, [s.name for s in later], [name for s in (stage, *later) for name in s.owns])
+        work = Work(scene, folder.path, folder.scene_file, lambda f, text="": progress(stage.name, f, text), done)  # noqa: B023
+        _run_one(folder, stage, work, {"input_sha256": input_hash, "inputs": inputs, "versions": versions})
+
+
+def _run_one(folder: RunDirectory, stage: Stage, work: Work, record: dict[str, Any]) -> None:
+    work.progress(0.0, "starts")
+    start = time.monotonic()
+    with solvers.watch() as ended, _PeakMemory() as own:
+
+        def cost() -> dict:
+            jobs = [
+                {"program": name, "log": _relative(done.log, folder.path), "exit_code": done.exit_code,
+                 "wall_s": done.wall_s, "peak_memory_bytes": done.peak_memory_bytes}
+                for name, done in ended
+            ]  # fmt: skip
+            peak = max([own.bytes(), *(j["peak_memory_bytes"] for j in jobs)])
+            return {"wall_s": time.monotonic() - start, "peak_memory_bytes": peak, "processes": jobs}
+
+        try:
+            metrics, outputs = stage.run(work)
+        except PeenError as problem:
+            folder.fail(stage.name, {**record, **cost(), "exit_code": problem.exit_code, "error": str(problem)})
+            problem.add_note(f"stage {stage.name} of the run in {folder.path}; the same command continues there once mended")
+            raise
+        folder.finish(stage.name, {**record, **cost(), "exit_code": 0, "metrics": metrics}, outputs)
+    work.progress(1.0, "done")
+
+
+def _code(stage: Stage) -> dict[str, str]:
+    """{path relative to the checkout: sha256} of the sources that decide the stage's result."""
+    root = solvers.repo_root()
+    files = sorted({p for pattern in stage.code for p in root.glob(pattern) if p.is_file()})
+    return {str(p.relative_to(root)): file_digest(p) for p in files}
+
+
+def _relative(path: Path, start: Path) -> str:
+    return str(path.relative_to(start)) if path.is_relative_to(start) else str(path)
+
+
+class _PeakMemory:
+    """This process's largest resident size [bytes] since the block began (Linux; 0 elsewhere)."""
+
+    def __enter__(self) -> _PeakMemory:
+        try:
+            Path("/proc/self/clear_refs").write_text("5")  # resets VmHWM, which otherwise never falls
+        except OSError:
+            pass
+        return self
+
+    def __exit__(self, *exc) -> None:
+        pass
+
+    def bytes(self) -> int:
+        try:
+            lines = Path("/proc/self/status").read_text().splitlines()
+        except OSError:
+            return 0
+        return next((1024 * int(line.split()[1]) for line in lines if line.startswith("VmHWM:")), 0)

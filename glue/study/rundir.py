@@ -1,0 +1,185 @@
+"""The run directory: the inputs it belongs to, what has been computed in it, and from what exactly.
+
+``manifest.json`` is the only record of which stages are complete; it is written after every stage, and
+a stage's record is taken out before its files are touched. So whatever stops a run, the files that
+the manifest vouches for are whole and belong together.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from glue.atomic import write_text_atomic
+from glue.errors import InputError
+
+SCHEMA = 1
+STAGE_ORDER = ("dimple", "flow", "coverage", "target", "surface", "report")
+MANIFEST, METRICS, SCENE = "manifest.json", "metrics.json", "scene.toml"
+
+
+def digest(value: Any) -> str:
+    """sha256 (hex) of a JSON-able value; equal values give equal digests."""
+    return hashlib.sha256(json.dumps(value, sort_keys=True, allow_nan=False).encode()).hexdigest()
+
+
+def file_digest(path: Path) -> str:
+    """sha256 (hex) of a file's content."""
+    with open(path, "rb") as f:
+        return hashlib.file_digest(f, "sha256").hexdigest()
+
+
+class RunDirectory:
+    """One run's folder, locked against a second process while this object is in use (``with``)."""
+
+    def __init__(self, path: Path, manifest: dict):
+        self.path, self.manifest = path, manifest
+        self._lock = _lock(path)
+
+    def __enter__(self) -> RunDirectory:
+        return self
+
+    def __exit__(self, *exc) -> None:
+        os.close(self._lock)
+
+    @classmethod
+    def create_or_continue(cls, path: Path, *, scene_file: Path, preset: str | None, resolved: dict, facts: dict) -> RunDirectory:
+        """Open ``path`` for the scene, making it if need be.
+
+        ``resolved`` is the scene in SI units with its preset expanded: a directory made for another one is
+        refused. ``facts`` (seed, choices, versions) go into a new manifest as they are.
+        Raises InputError when the directory holds other inputs or other files, or cannot be written.
+        """
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+            probe = path / ".writable.part"
+            probe.write_bytes(b"")
+            probe.unlink()
+        except OSError as problem:
+            raise InputError(f"{path}: cannot write the run directory ({problem.strerror}); choose another with --out") from None
+        if (path / MANIFEST).exists():
+            run = cls.open(path)
+            differences = list(_differences(run.manifest["inputs"], resolved))
+            if differences:
+                run.__exit__()
+                raise InputError(
+                    [f"{path}: holds a run of other inputs, which it would mix up; choose another --out or remove it"]
+                    + [f"  {d}" for d in differences]
+                )
+            return run
+        strangers = [p.name for p in path.iterdir() if p.name not in {SCENE, ".lock"} and p.suffix != ".part"]
+        if strangers:
+            raise InputError(f"{path}: is not empty and no run directory (holds {', '.join(sorted(strangers)[:3])} …); choose another --out")
+        run = cls(path, {"schema": SCHEMA, **facts, "preset_argument": preset, "inputs": resolved, "inputs_sha256": digest(resolved), "stages": {}})
+        # The scene first: a directory with a manifest is one that can be continued.
+        with open(scene_file, encoding="utf-8") as f:
+            write_text_atomic(path / SCENE, f.read())
+        run.manifest["scene_sha256"] = file_digest(path / SCENE)
+        run._save()
+        return run
+
+    @classmethod
+    def open(cls, path: Path) -> RunDirectory:
+        """Open an existing run directory. Raises InputError when it is none, or of another schema."""
+        manifest = read_manifest(path)
+        if manifest.get("schema") != SCHEMA:
+            raise InputError(f"{path / MANIFEST}: schema {manifest.get('schema')!r}, this version reads {SCHEMA}; run it anew")
+        return cls(path, manifest)
+
+    @property
+    def scene_file(self) -> Path:
+        return self.path / SCENE
+
+    def is_current(self, stage: str, input_hash: str) -> bool:
+        """Was ``stage`` completed with exactly these inputs, and are its files still what it wrote?"""
+        record = self.manifest["stages"].get(stage)
+        if record is None or record["state"] != "complete" or record["input_sha256"] != input_hash:
+            return False
+        files = {name: self.path / name for name in record["outputs"]}
+        return all(p.is_file() and file_digest(p) == record["outputs"][name] for name, p in files.items())
+
+    def outputs_digest(self, stage: str) -> str | None:
+        """Digest of the files of a complete stage, None when it is not complete."""
+        record = self.manifest["stages"].get(stage, {})
+        return digest(record["outputs"]) if record.get("state") == "complete" else None
+
+    def begin(self, stage: str, also: Iterable[str], owned: Iterable[str]) -> None:
+        """Forget ``stage`` and the stages in ``also`` that build on it, then remove the files it ``owned``."""
+        gone = [stage, *also]
+        for name in gone:
+            self.manifest["stages"].pop(name, None)
+        self._save()
+        for name in owned:
+            target = self.path / name
+            shutil.rmtree(target) if target.is_dir() else target.unlink(missing_ok=True)
+
+    def finish(self, stage: str, record: dict, outputs: Iterable[str]) -> None:
+        """Note ``stage`` as complete with the files ``outputs`` (relative names), and renew metrics.json."""
+        hashes = {name: file_digest(self.path / name) for name in sorted(outputs)}
+        self.manifest["stages"][stage] = {"state": "complete", **record, "outputs": hashes}
+        self._save()
+
+    def fail(self, stage: str, record: dict) -> None:
+        """Note that ``stage`` failed; it counts as not run."""
+        self.manifest["stages"][stage] = {"state": "failed", **record}
+        self._save()
+
+    def metrics(self) -> dict:
+        """Content of metrics.json: the complete stages' values, later stages' over earlier ones'."""
+        merged: dict[str, Any] = {"schema": SCHEMA}
+        for stage in sorted(self.manifest["stages"], key=_position):
+            record = self.manifest["stages"][stage]
+            for section, values in record.get("metrics", {}).items():
+                target = merged.setdefault(section, {})
+                target.update(values)
+                for key in values:
+                    if values[key] is not None:
+                        target.pop(f"{key}_reason", None)
+        return merged
+
+    def _save(self) -> None:
+        write_text_atomic(self.path / MANIFEST, _json(self.manifest))
+        write_text_atomic(self.path / METRICS, _json(self.metrics()))
+
+
+def read_manifest(path: Path) -> dict:
+    """The manifest of the run directory ``path``. Raises InputError when there is none or it is damaged."""
+    try:
+        return json.loads((path / MANIFEST).read_text(encoding="utf-8"))
+    except (FileNotFoundError, NotADirectoryError):
+        raise InputError(f"{path}: no run directory (it has no {MANIFEST}); peen run SCENE --out {path} makes one") from None
+    except (OSError, ValueError) as problem:
+        raise InputError(f"{path / MANIFEST}: cannot be read ({problem}); remove the directory and run again") from None
+
+
+def _position(stage: str) -> int:
+    return STAGE_ORDER.index(stage) if stage in STAGE_ORDER else len(STAGE_ORDER)
+
+
+def _json(value: dict) -> str:
+    return json.dumps(value, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def _lock(path: Path) -> int:
+    handle = os.open(path / ".lock", os.O_CREAT | os.O_RDWR, 0o644)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(handle)
+        raise InputError(f"{path}: another peen is at work in it; wait for it or choose another --out") from None
+    return handle
+
+
+def _differences(old: Any, new: Any, key: str = ""):
+    """Sentences "key: there a, here b" for every leaf that differs."""
+    if isinstance(old, dict) and isinstance(new, dict):
+        for name in sorted({*old, *new}):
+            yield from _differences(old.get(name), new.get(name), f"{key}.{name}" if key else name)
+    elif old != new:
+        yield f"{key}: there {json.dumps(old)}, here {json.dumps(new)}"

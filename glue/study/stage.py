@@ -1,0 +1,38 @@
+"""What a stage of the pipeline is, and what it is given."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from glue.scene.model import Scene
+
+
+@dataclass(frozen=True)
+class Work:
+    """What a stage gets: the scene, the run directory and a way to tell how far it is."""
+
+    scene: Scene
+    path: Path
+    scene_file: Path
+    progress: Callable[[float | None, str], None]
+    complete: frozenset[str] = frozenset()  # stages whose files may be read
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A step of the way from nozzle to report.
+
+    ``needs``: stages whose files it reads. ``uses``: stages whose files it reads when they are there.
+    ``code``: glob patterns, relative to the checkout, of the sources that decide its result.
+    ``owns``: files and folders of the run directory that it alone writes. ``run(work)`` does it and
+    returns (metrics by section of metrics.json, names of the files written).
+    """
+
+    name: str
+    needs: tuple[str, ...]
+    code: tuple[str, ...]
+    owns: tuple[str, ...]
+    run: Callable[[Work], tuple[dict, list[str]]]
+    uses: tuple[str, ...] = ()

@@ -1,0 +1,183 @@
+"""The six stages: what each reads, computes, writes into the run directory and reports to metrics.json."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from glue.atomic import atomic_path
+from glue.errors import InputError
+from glue.flow.dem import run_dem
+from glue.flow.impacts import read_impacts
+from glue.study.stage import Stage, Work
+from glue.surface.coverage import coverage_history, dimple_semi_axes, time_to
+from glue.surface.roughness import areal
+from glue.surface.stamp import height_map
+from glue.surface.stress import profile_metrics
+from glue.target.cell import solve_cell
+from glue.target.dimple import Dimple, solve_dimple
+from glue.theory import avrami
+
+FULL_COVERAGE = 0.98  # the level at which the trade calls a surface fully covered
+_CURVE_POINTS = 200
+_FLOW_LIMIT = 0.94  # YADE's contact law follows the restitution asked for up to here, and again at exactly 1
+
+
+def dimple_stage(work: Work) -> tuple[dict, list[str]]:
+    """One shot at the nominal normal speed into the flat target."""
+    nozzle, shots = work.scene.nozzle, work.scene.shots
+    dimple = solve_dimple(
+        work.scene.target.material,
+        speed_m_s=nozzle.normal_speed_m_s,
+        density_kg_m3=shots.density_kg_m3,
+        diameter_m=shots.diameter_m,
+        elements_per_radius=work.scene.accuracy.dimple_elements_per_radius,
+        workdir=work.path / "dimple",
+        progress=work.progress,
+    )
+    dimple.save(work.path / "dimple" / "dimple.npz")
+    return {"dimple": dimple_metrics(dimple)}, ["dimple/dimple.npz"]
+
+
+def dimple_metrics(dimple: Dimple) -> dict:
+    """The section ``dimple`` of metrics.json."""
+    keys = ("radius_m", "depth_m", "crest_radius_m", "restitution", "peak_force_N", "contact_time_s", "speed_m_s", "wall_s")
+    return plain({k: getattr(dimple, k) for k in keys})
+
+
+def flow_stage(work: Work) -> tuple[dict, list[str]]:
+    """Every shot's way from the nozzle to the target; writes the impact log."""
+    restitution = work.scene.restitution.shot_target
+    if restitution == "from_dimple":
+        restitution = load_dimple(work.path).restitution
+        if not 0.0 < restitution <= _FLOW_LIMIT:
+            raise InputError(
+                f"restitution.shot_target = from_dimple: the dimple gives {restitution:.3f}, outside what the flow's contact law "
+                f"can do, (0, {_FLOW_LIMIT}] or exactly 1; write a number into the scene"
+            )
+    flow = run_dem(work.scene, work.scene_file, work.path / "flow", shot_target_restitution=restitution, progress=work.progress)
+    keys = ("model", "collision_number", "impacts", "mean_normal_speed_m_s", "collided_fraction", "wall_s")
+    return {"flow": plain({k: flow.info[k] for k in keys})}, ["flow/arrivals.csv", "flow/impacts.csv"]
+
+
+def coverage_stage(work: Work) -> tuple[dict, list[str]]:
+    """Coverage against time by the count of sample points, beside Avrami's."""
+    scene, dimple, impacts = work.scene, load_dimple(work.path), load_impacts(work.path)
+    window = scene.target.window_m
+    major, minor, azimuth = dimple_semi_axes(dimple, impacts)
+    spacing = dimple.radius_m / scene.accuracy.coverage_points_per_radius
+    history = coverage_history(impacts["x_m"], impacts["y_m"], impacts["time_s"], major, minor, azimuth, window, spacing)
+
+    inside = (abs(impacts["x_m"]) <= 0.5 * window[0]) & (abs(impacts["y_m"]) <= 0.5 * window[1])
+    count = int(inside.sum())
+    radius2 = float(np.mean((major * minor)[inside])) if count else math.nan
+    rate = count / (scene.target.window_area_m2 * scene.exposure_time_s)
+    # The last shots land after the nozzle has closed, so that the curve ends with them.
+    end = max(scene.exposure_time_s, float(history.time_s[-1]) if history.time_s.size else 0.0)
+    time_98 = time_to(history.time_s, history.coverage, FULL_COVERAGE)
+    times = np.union1d(np.linspace(0.0, end, _CURVE_POINTS + 1), [] if time_98 is None else [time_98])
+    # Avrami speaks of exposure: it stops rising when the nozzle closes.
+    exposed = np.minimum(times, scene.exposure_time_s)
+    counted = avrami.coverage_rate_form(radius2, rate, exposed) if count else np.zeros_like(times)
+    write_columns(work.path / "coverage.csv", time_s=times, coverage=history.at(times), avrami=counted)
+
+    final = float(history.coverage[-1]) if history.coverage.size else 0.0
+    metrics = {"final": final, "time_98_s": time_98}
+    if time_98 is None:
+        metrics["time_98_s_reason"] = f"coverage reaches {final:.4f} in {scene.exposure_time_s:g} s; a longer exposure_time_s is needed"
+    if count:
+        metrics["avrami_final"] = float(counted[-1])
+        metrics["avrami_time_98_s"] = avrami.time_to_coverage(FULL_COVERAGE, radius2, rate)
+        metrics["avrami_mass_flow_final"] = float(
+            avrami.mass_flow_form(radius2, scene.nozzle.mass_flow_kg_s, scene.nozzle.footprint_area_m2,
+                                  _mean_cubed_radius(scene.shots), scene.shots.density_kg_m3, scene.exposure_time_s)
+        )  # fmt: skip
+    else:
+        nothing = "no impact inside the window"
+        for key in ("avrami_final", "avrami_time_98_s", "avrami_mass_flow_final"):
+            metrics |= {key: None, f"{key}_reason": nothing}
+    metrics |= {"impacts_in_window": count, "peeq_final": None, "peeq_final_reason": "the target stage was not run"}
+    return {"coverage": plain(metrics)}, ["coverage.csv"]
+
+
+def target_stage(work: Work) -> tuple[dict, list[str]]:
+    """Residual stress under the logged impacts."""
+    cell = solve_cell(work.scene, load_impacts(work.path), load_dimple(work.path), work.path / "target", work.progress)
+    write_columns(
+        work.path / "stress_profile.csv",
+        **{name: getattr(cell, name) for name in
+           ("depth_m", "sigma_xx_Pa", "sigma_yy_Pa", "peeq", "sigma_xx_std_Pa", "sigma_yy_std_Pa", "peeq_std")},
+    )  # fmt: skip
+    stress = profile_metrics(cell.depth_m, 0.5 * (cell.sigma_xx_Pa + cell.sigma_yy_Pa))
+    metrics = {
+        "target": {"model": work.scene.models.target.model, "impacts": cell.impacts, "dofs": cell.dofs, "wall_s": cell.wall_s},
+        "residual_stress": stress,
+        "coverage": {"peeq_final": cell.coverage_peeq},
+    }
+    return {section: plain(values) for section, values in metrics.items()}, ["stress_profile.csv"]
+
+
+def surface_stage(work: Work) -> tuple[dict, list[str]]:
+    """The peened surface over the whole window by the energy stamp, and its roughness."""
+    scene, dimple = work.scene, load_dimple(work.path)
+    spacing = dimple.radius_m / scene.accuracy.stamp_points_per_radius
+    x, y, z = height_map(load_impacts(work.path), dimple, scene.target.window_m, spacing)
+    with atomic_path(work.path / "surface.npz") as part, open(part, "wb") as f:
+        np.savez_compressed(f, x_m=x, y_m=y, z_m=z)
+    return {"roughness": plain(areal(z, x[1] - x[0], y[1] - y[0]))}, ["surface.npz"]
+
+
+def report_stage(work: Work) -> tuple[dict, list[str]]:
+    """Figures and the page that holds them, of what there is."""
+    from glue.report.page import write_report  # here: only this stage needs pyvista and matplotlib
+
+    return {}, write_report(work.path, work.scene, work.complete)
+
+
+def load_dimple(path: Path) -> Dimple:
+    """The dimple of the run directory ``path``."""
+    return Dimple.load(path / "dimple" / "dimple.npz")
+
+
+def load_impacts(path: Path) -> np.ndarray:
+    """The impact log of the run directory ``path``, a structured array (see ``glue.flow.impacts``)."""
+    return read_impacts(path / "flow" / "impacts.csv")[0]
+
+
+def write_columns(path: Path, **columns: np.ndarray) -> None:
+    """A CSV file with a header line; 17 digits, so that reading gives the same numbers back."""
+    with atomic_path(path) as part:
+        np.savetxt(part, np.column_stack(list(columns.values())), "%.17g", ",", header=",".join(columns), comments="")
+
+
+def plain(values: dict) -> dict:
+    """``values`` for JSON: Python numbers, and null with a reason for what is not finite."""
+    result = {}
+    for key, value in values.items():
+        value = value.item() if isinstance(value, np.generic) else value
+        if isinstance(value, float) and not math.isfinite(value):
+            result |= {key: None, f"{key}_reason": f"came out as {value}"}
+        else:
+            result[key] = value
+    return result
+
+
+def _mean_cubed_radius(shots) -> float:
+    """Mean of the cubed shot radius [m^3], from the mean mass."""
+    return shots.mean_mass_kg / (shots.density_kg_m3 * 4.0 / 3.0 * math.pi)
+
+
+_SCENE = ("glue/scene/*.py",)
+_KERNELS = ("freefem/lib/*.idp", "freefem/plugin/*")
+STAGES = (
+    Stage("dimple", (), (*_SCENE, "glue/target/*.py", "freefem/single_impact.edp", *_KERNELS), ("dimple",), dimple_stage),
+    Stage("flow", ("dimple",), (*_SCENE, "glue/flow/*.py", "yade_scripts/*.py"), ("flow",), flow_stage),
+    Stage("coverage", ("dimple", "flow"), ("glue/surface/coverage.py", "glue/theory/avrami.py"), ("coverage.csv",), coverage_stage),
+    Stage("target", ("dimple", "flow"), ("glue/target/*.py", "glue/surface/stress.py", "freefem/cell.edp", *_KERNELS),
+          ("target", "stress_profile.csv"), target_stage),
+    Stage("surface", ("dimple", "flow"), ("glue/surface/stamp.py", "glue/surface/roughness.py"), ("surface.npz",), surface_stage),
+    Stage("report", (), ("glue/report/*.py",), ("figures", "report.html"), report_stage,
+          uses=("dimple", "flow", "coverage", "target", "surface")),
+)  # fmt: skip

@@ -90,7 +90,7 @@ class ImpactLogger:
         self.waiting: list[tuple] = []  # finished rows that an older contact, still open, must precede
         self.impacts = self.collisions = 0
         self.first_impacts = self.first_collided = 0
-        self.sum_normal_speed = 0.0
+        self.sum_normal_speed = self.sum_normal_energy = 0.0
         self.top_speed = 0.0
         self.worst_gain = -math.inf  # largest relative gain of kinetic energy over a group of contacts
         self.worst_momentum = 0.0  # largest relative change of momentum in collisions between shots
@@ -112,7 +112,7 @@ class ImpactLogger:
         """Compare the open contacts with YADE's, one step or one poll after the last look."""
         now = self.clock()
         if count != len(self.open) or not all(c.interaction.isReal for c in self.open.values()):
-            real = {(i.id1, i.id2): i for i in O.interactions if i.isReal}
+            real = {tuple(sorted((i.id1, i.id2))): i for i in O.interactions if i.isReal}
             for key in [k for k, c in self.open.items() if not c.interaction.isReal]:
                 self._end(self.open.pop(key), now)
             # targets first: a collision found in the same poll has had no time to change the velocity
@@ -183,6 +183,7 @@ class ImpactLogger:
         shot.impacts += 1
         self.impacts += 1
         self.sum_normal_speed += abs(contact.vel[2])
+        self.sum_normal_energy += contact.vel[2] ** 2
         self.first_impacts += first
         self.first_collided += first and contact.collisions > 0
         a = shot.arrival
@@ -193,8 +194,8 @@ class ImpactLogger:
 
     def _release(self, now: float) -> None:
         """Emit the rows that no impact still open or undiscovered can precede."""
-        # a contact found at the next poll may have begun just after the last one, and so may its row
-        safe = min([now] + [c.begin for c in self.open.values() if c.on_target])
+        # a step finds contacts at the positions it starts from: one that begins during it is seen a step later
+        safe = min([now - 2.0 * O.dt] + [c.begin for c in self.open.values() if c.on_target])
         ready = sorted((r for r in self.waiting if r[1] < safe), key=lambda r: (r[1], r[0]))
         if ready:
             self.waiting = [r for r in self.waiting if not r[1] < safe]

@@ -50,8 +50,8 @@ def jet_problems(shots: Shots, nozzle: Nozzle) -> Iterator[Problem]:
         most = nozzle.mass_flow_kg_s * MAX_VOLUME_FRACTION / fraction
         yield (
             "nozzle.mass_flow_kg_s",
-            f"shots would fill {show(100.0 * fraction)} % of the jet's volume, more than a stream of separate "
-            f"shots can; allowed up to {show(most)} kg/s with this jet_diameter_m and speed_m_s",
+            f"shots would fill {show(100.0 * fraction)} % of the jet's volume, more than a stream of "
+            f"separate shots can; allowed up to {show(most)} kg/s with this jet_diameter_m and speed_m_s",
         )
     angle = math.radians(nozzle.impact_angle_deg)
     # The exit is a disc across the jet: its lowest edge, with a shot there, must be above the surface.
@@ -83,7 +83,7 @@ def _size(sides_m: tuple[float, float]) -> str:
 
 
 def _largest_square_m(along: float, across: float, margin: float) -> float:
-    """Side [m] of the largest square that, grown by ``margin`` all round, fits into the ellipse; may be < 0."""
+    """Side [m] of the largest square that, grown by ``margin`` all round, fits the ellipse (< 0: none)."""
     return 2.0 * (along * across / math.hypot(along, across) - margin)
 
 
@@ -104,8 +104,8 @@ def resolution_problems(
         widest = spacing * math.sqrt(MAX_RASTER_POINTS)
         yield (
             "target.window_m",
-            f"{_size(window_m)} needs a raster of {points:.1e} points for dimples of about {show(radius)} m radius "
-            f'(estimate); allowed: a square window up to {show(widest)} m at preset "{accuracy.preset}"',
+            f"{_size(window_m)} needs a raster of {points:.1e} points for dimples of about {show(radius)} m "
+            f'radius (estimate); allowed: a square window up to {show(widest)} m at preset "{accuracy.preset}"',
         )
 
 

@@ -17,15 +17,16 @@ REQUIRED = object()  # default of a key that has none
 
 # Unit of a key: its name in words, and the units it is mistaken for with their size in it.
 UNITS: dict[str, tuple[str, tuple[tuple[str, float], ...]]] = {
-    "m": ("metres", (("mm", 1e-3), ("um", 1e-6), ("inch", 0.0254))),
-    "s": ("seconds", (("ms", 1e-3), ("min", 60.0))),
-    "m/s": ("metres per second", (("mm/s", 1e-3), ("km/s", 1e3))),
-    "kg/s": ("kilograms per second", (("kg/min", 1.0 / 60.0), ("g/s", 1e-3), ("kg/h", 1.0 / 3600.0))),
-    "kg/m3": ("kilograms per cubic metre", (("g/cm3", 1e3), ("tonne/mm3", 1e12))),
-    "Pa": ("pascals", (("MPa", 1e6), ("GPa", 1e9))),
-    "deg": ("degrees", (("rad", 180.0 / math.pi),)),
-    "1/s": ("one over seconds", ()),
-    "": ("a plain number", (("%", 1e-2),)),
+    "m": ("in metres", (("mm", 1e-3), ("um", 1e-6), ("inch", 0.0254))),
+    "s": ("in seconds", (("ms", 1e-3), ("min", 60.0))),
+    "m/s": ("in metres per second", (("mm/s", 1e-3), ("km/s", 1e3))),
+    "kg/s": ("in kilograms per second", (("kg/min", 1.0 / 60.0), ("g/s", 1e-3), ("kg/h", 1.0 / 3600.0))),
+    "kg/m3": ("in kilograms per cubic metre", (("g/cm3", 1e3), ("tonne/mm3", 1e12))),
+    "Pa": ("in pascals", (("MPa", 1e6), ("GPa", 1e9))),
+    "deg": ("in degrees", (("rad", 180.0 / math.pi),)),
+    "1/s": ("in one over seconds", ()),
+    "": ("a plain number", ()),
+    "share": ("a share of one", (("%", 1e-2),)),
 }
 
 
@@ -88,7 +89,8 @@ class Number:
 
     @property
     def allowed(self) -> str:
-        return f"allowed {show(self.low)}..{show(self.high)} {self.unit}".rstrip()
+        unit = "" if self.unit == "share" else f" {self.unit}"
+        return f"allowed {show(self.low)}..{show(self.high)}{unit}".rstrip()
 
     def problem(self, value: object) -> str | None:
         if isinstance(value, bool) or not isinstance(value, int | float):
@@ -112,7 +114,7 @@ class Number:
         if self.unit == "m":
             said = f"{quoted(value)} is {show(value * 1e3)} mm"
         if self.unit:
-            said += f"; this key is in {words}"
+            said += f"; this key is {words}"
         for name, size in mistaken:
             if self.low <= value * size <= self.high:
                 return f"{said} ({quoted(value)} {name} is written {show(value * size)})"

@@ -38,7 +38,7 @@ SHOTS = {
     "E_Pa": Number(1e9, 1.2e12, "Pa", 210e9, "steel; grade C"),
     "nu": Number(0.0, 0.49, "", 0.3, "steel; grade C"),
     "size": Word(("mono", "distribution"), "mono", "every shot of the same size; choice of this project"),
-    "size_cv": Number(0.001, 0.3, "", 0.09, "cast steel shot, CV 8-10 %; grade C"),
+    "size_cv": Number(0.001, 0.3, "share", 0.09, "cast steel shot, CV 8-10 %; grade C"),
 }
 
 NOZZLE = {
@@ -86,8 +86,8 @@ RESTITUTION = {
     "shot_shot": Ratio("", 0.8, "steel on steel, .6-.9; grade C"),
 }
 FRICTION = {
-    "shot_target": Number(0.0, 1.0, "", 0.2, "used in an open peening chain; grade A"),
-    "shot_shot": Number(0.0, 1.0, "", 0.2, "steel on steel, .1-.3; grade C"),
+    "shot_target": Number(0.0, 1.0, "share", 0.2, "used in an open peening chain; grade A"),
+    "shot_shot": Number(0.0, 1.0, "share", 0.2, "steel on steel, .1-.3; grade C"),
 }
 
 _AUTO = "the models that this version has"

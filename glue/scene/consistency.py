@@ -105,7 +105,8 @@ def resolution_problems(
         yield (
             "target.window_m",
             f"{_size(window_m)} needs a raster of {points:.1e} points for dimples of about {show(radius)} m "
-            f'radius (estimate); allowed: a square window up to {show(widest)} m at preset "{accuracy.preset}"',
+            f"radius (estimate); allowed: a square window up to {show(widest)} m "
+            f'at preset "{accuracy.preset}"',
         )
 
 
@@ -117,4 +118,4 @@ def count_problems(shots: Shots, nozzle: Nozzle, exposure_time_s: float) -> Iter
     if count < 1.0:
         yield "exposure_time_s", f"only {show(count)} shots are expected; {allowed}"
     elif count > MAX_SHOTS:
-        yield "exposure_time_s", f"{count:.2g} shots are expected, more than {MAX_SHOTS} take days; {allowed}"
+        yield "exposure_time_s", f"{count:.2g} shots are expected, more than a run holds; {allowed}"

@@ -10,7 +10,7 @@ from glue.scene.fields import Integer, Number, Ratio, Text, Word
 from glue.scene.presets import DEFAULT_PRESET, PRESETS
 
 SCHEMA = 1
-MAX_SHOTS = 2_000_000  # a run of days, and an impact log of a gigabyte
+MAX_SHOTS = 2_000_000  # an impact log of a gigabyte
 MAX_RASTER_POINTS = 100_000_000  # 0.8 GB for one raster of the window
 MAX_VOLUME_FRACTION = 0.3  # a denser jet is no longer a stream of separate flights
 

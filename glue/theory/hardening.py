@@ -10,6 +10,11 @@ sizes to the material's own monotonic curve.  Evidence grade C: a plausible defa
 T is the initial yield plus the fast backstress, S the slow hardening, shared between the isotropic part
 (Q = q S) and the slow backstress (X2 = (1-q) S).  T, S >= 0 by least squares on 20 even points.
 
+For the nine materials of the catalogue (1) stays within 6.1 % of the Johnson-Cook curve at p = 0.005 (where
+the early yield of every such law tells) and within 2 % from p = 0.015 on.  For 2024-T351 the rule gives
+R0 256, Q 89, X1 123, X2 67 MPa against 270, 80, 130, 60 chosen by hand, and nearly the same strength at full
+coverage (R0 + Q + sum of gamma/(gamma + 190) X: 425 against 433 MPa).
+
 Standard library only: YADE's interpreter imports this too.
 """
 

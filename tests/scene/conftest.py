@@ -25,7 +25,7 @@ BASE = {
 
 @pytest.fixture
 def write_scene(tmp_path):
-    """Writes the complete scene with ``changes`` (key path -> TOML text, None removes the key); returns its path."""
+    """Writes the complete scene with ``changes`` (key path -> TOML text, or None); returns the file."""
 
     def write(changes=None):
         keys = dict(BASE)

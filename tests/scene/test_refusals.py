@@ -221,7 +221,8 @@ def test_shots_are_a_grade_or_own_numbers_but_not_both(problems_of):
         for key in ("diameter_m", "nu")
     ]
     assert problems_of({"shots": '{size = "mono"}'}) == [
-        "shots.grade: missing, and required; allowed: a grade of the catalogue, or diameter_m and density_kg_m3"
+        "shots.grade: missing, and required; allowed: a grade of the catalogue, "
+        "or diameter_m and density_kg_m3"
     ]
     assert problems_of({"shots": "{diameter_m = 0.001}"}) == [
         "shots.density_kg_m3: missing, and required; allowed 1000..20000 kg/m3"
@@ -234,7 +235,8 @@ def test_a_spread_without_distribution_would_be_ignored_and_is_refused(problems_
     )
     assert problems_of({"shots.size_cv": "0.1"}) == [sentence]
     assert problems_of({"shots.size": '"distribution"', "shots.size_cv": "10"}) == [
-        "shots.size_cv: 10 is out of range; this key is a share of one (10 % is written 0.1); allowed 0.001..0.3"
+        "shots.size_cv: 10 is out of range; this key is a share of one (10 % is written 0.1); "
+        "allowed 0.001..0.3"
     ]
 
 

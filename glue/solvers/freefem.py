@@ -76,8 +76,9 @@ def _run(argv, name: str, *, cwd, log, timeout_s=None, on_line=None) -> process.
     root = require_checkout()
     env = {
         **os.environ,
-        "FF_LOADPATH": f"{plugin_dir()};{_PLUGINS};;",
-        "FF_INCLUDEPATH": f"{root / 'freefem' / 'lib'};{_INCLUDES};;",
+        # No ";;" at the end: with it FreeFem++ 4.9 reads only the first folder of a list.
+        "FF_LOADPATH": f"{plugin_dir()};{_PLUGINS}",
+        "FF_INCLUDEPATH": f"{root / 'freefem'};{root / 'freefem' / 'lib'};{_INCLUDES}",
         "OMP_NUM_THREADS": "1",
         "OPENBLAS_NUM_THREADS": "1",
     }

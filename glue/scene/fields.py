@@ -213,7 +213,7 @@ class Ratio:
             return None if value == self.or_word else f"unknown value {quoted(value)}; {self.allowed}"
         if isinstance(value, bool) or not isinstance(value, int | float):
             return f"must be a number, not {kind(value)}{_number_in_quotes(value)}; {self.allowed}"
-        if not math.isfinite(value):
+        if isinstance(value, float) and not math.isfinite(value):
             return f"must be a finite number, not {value}; {self.allowed}"
         if value <= 0:
             return f"{quoted(value)} is out of range: the contact law has no answer there; {self.allowed}"

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from glue.scene.catalogue import closest
-from glue.scene.fields import REQUIRED, Field, kind, quoted
+from glue.scene.fields import REQUIRED, Field, kind, quoted, show
 
 NOTHING: Mapping[str, str] = {}
 
@@ -23,7 +23,8 @@ class Log:
         self.problems.append(f"{self.file}: {key_path}: {sentence}")
 
     def default(self, key_path: str, value: object, source: str) -> None:
-        self.defaults.append(f"{key_path} = {quoted(value)} ({source})")
+        shown = show(value) if isinstance(value, float) else quoted(value)
+        self.defaults.append(f"{key_path} = {shown} ({source})")
 
 
 class Table:

@@ -92,7 +92,7 @@ def test_own_shots_take_steel_constants_by_default_and_say_so(write_scene):
     scene = read_scene(write_scene({"shots": "{diameter_m = 0.001, density_kg_m3 = 7800}"}))
     assert (scene.shots.E_Pa, scene.shots.nu, scene.shots.medium) == (210e9, 0.3, "own")
     assert (scene.shots.grade, scene.shots.evidence) == (None, "C")
-    assert "shots.E_Pa = 210000000000.0 (steel; grade C)" in scene.defaults_used
+    assert "shots.E_Pa = 2.1e11 (steel; grade C)" in scene.defaults_used
 
 
 def test_own_material_given_in_full(write_scene):

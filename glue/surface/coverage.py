@@ -1,8 +1,8 @@
 """Coverage over exposure time, counted on sample points as in the paper: the share of points hit by time t.
 
-The sample points are a square lattice over the window.  Impacts are drawn in order of time as filled ellipses;
-each counts the points that it is the first to cover, so one pass gives the whole curve.  An impact centred
-outside the window covers what it reaches inside.
+The sample points are a square lattice over the window.  Impacts are drawn in order of time as filled
+ellipses; each counts the points that it is the first to cover, so one pass gives the whole curve.  An impact
+centred outside the window covers what it reaches inside.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from glue.errors import InputError
 
 # Points per smallest semi-axis.  The lattice's error in the covered share falls as (spacing/radius)^1.5 and
-# is about 1e-5 (largest of 12 draws 2.2e-5) for 10 000 discs at coverages .3 to .95: see tests/surface/test_coverage.py.
+# is about 1e-5 (largest of 12 draws 2.2e-5) for 10 000 discs at coverages .3 to .95.
 POINTS_PER_RADIUS = 20.0
 
 
@@ -40,7 +40,9 @@ def coverage_history(x, y, time_s, semi_major, semi_minor, azimuth_rad, window_m
     distance of sample points (rounded down to fit the window), default the smallest semi-axis over
     POINTS_PER_RADIUS.  Raises InputError for values that are not finite or not positive where they must be.
     """
-    columns = [np.ascontiguousarray(c, dtype=float) for c in (x, y, time_s, semi_major, semi_minor, azimuth_rad)]
+    columns = [
+        np.ascontiguousarray(c, dtype=float) for c in (x, y, time_s, semi_major, semi_minor, azimuth_rad)
+    ]
     _check(columns, window_m, spacing_m)
     if spacing_m is None:
         spacing_m = columns[4].min() / POINTS_PER_RADIUS if columns[4].size else max(window_m)
@@ -52,13 +54,17 @@ def coverage_history(x, y, time_s, semi_major, semi_minor, azimuth_rad, window_m
     return History(t, np.cumsum(new) / (nx * ny), nx * ny)
 
 
-def coverage_curve(x, y, time_s, semi_major, semi_minor, azimuth_rad, window_m, spacing_m, times_s) -> np.ndarray:
+def coverage_curve(
+    x, y, time_s, semi_major, semi_minor, azimuth_rad, window_m, spacing_m, times_s
+) -> np.ndarray:
     """Coverage (0-1) at each of ``times_s``; arguments and errors of :func:`coverage_history`."""
-    return coverage_history(x, y, time_s, semi_major, semi_minor, azimuth_rad, window_m, spacing_m).at(times_s)
+    return coverage_history(x, y, time_s, semi_major, semi_minor, azimuth_rad, window_m, spacing_m).at(
+        times_s
+    )
 
 
 def time_to(time_s, coverage, level: float = 0.98) -> float | None:
-    """First of the rising ``time_s`` (n,) whose ``coverage`` (n,) is at least ``level``; None if there is none.
+    """First of the rising ``time_s`` (n,) with ``coverage`` (n,) not below ``level``; None if there is none.
 
     Exact for a :class:`History`; for a sampled curve late by up to one sample.
     """
@@ -99,11 +105,21 @@ def dimple_semi_axes(dimple, impacts):
 
 def _check(columns, window_m, spacing_m):
     names = ("x", "y", "time_s", "semi_major", "semi_minor", "azimuth_rad")
-    problems = [f"{name}: must be one-dimensional and as long as x" for name, column in zip(names, columns)
-                if column.shape != (columns[0].size,)]
-    problems += [f"{name}: {np.count_nonzero(~np.isfinite(column))} values are not finite"
-                 for name, column in zip(names, columns) if not np.isfinite(column).all()]
-    problems += [f"{name}: must be positive" for name, column in zip(names[3:5], columns[3:5]) if (column <= 0.0).any()]
+    problems = [
+        f"{name}: must be one-dimensional and as long as x"
+        for name, column in zip(names, columns, strict=True)
+        if column.shape != (columns[0].size,)
+    ]
+    problems += [
+        f"{name}: {np.count_nonzero(~np.isfinite(column))} values are not finite"
+        for name, column in zip(names, columns, strict=True)
+        if not np.isfinite(column).all()
+    ]
+    problems += [
+        f"{name}: must be positive"
+        for name, column in zip(names[3:5], columns[3:5], strict=True)
+        if (column <= 0.0).any()
+    ]
     if not (len(window_m) == 2 and min(window_m) > 0.0 and np.isfinite(window_m).all()):
         problems.append(f"window_m = {window_m}: must be two positive lengths")
     if spacing_m is not None and not spacing_m > 0.0:

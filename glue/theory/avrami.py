@@ -26,9 +26,15 @@ def coverage_rate_form(radius2_mean_m2: float, rate_1_m2_s: float, time_s):
     return -np.expm1(-math.pi * radius2_mean_m2 * rate_1_m2_s * np.asarray(time_s, dtype=float))
 
 
-def mass_flow_form(radius2_mean_m2: float, mass_flow_kg_s: float, area_m2: float, shot_radius3_mean_m3: float,
-                   density_kg_m3: float, time_s):
-    """Expected coverage (2.2): 1 - exp(-3 mdot <r^2> t / (4 S <R^3> rho)), for a flow spread evenly over area S.
+def mass_flow_form(
+    radius2_mean_m2: float,
+    mass_flow_kg_s: float,
+    area_m2: float,
+    shot_radius3_mean_m3: float,
+    density_kg_m3: float,
+    time_s,
+):
+    """Expected coverage (2.2): 1 - exp(-3 mdot <r^2> t / (4 S <R^3> rho)), the flow spread over an area S.
 
     shot_radius3_mean_m3: mean of the cubed *shot* radius, for it is the mean shot mass that turns kilograms
     into impacts.  time_s: float or array, the result has its shape.
@@ -45,7 +51,7 @@ def time_to_coverage(coverage: float, radius2_mean_m2: float, rate_1_m2_s: float
 
 
 def disc_overlap_m2(radius_m, distance_m):
-    """Area [m^2] common to two discs of one radius whose centres are ``distance_m`` apart (arrays broadcast)."""
+    """Area [m^2] common to two discs of one radius with centres ``distance_m`` apart (arrays broadcast)."""
     r, d = np.broadcast_arrays(np.asarray(radius_m, dtype=float), np.asarray(distance_m, dtype=float))
     half = np.minimum(0.5 * d / r, 1.0)
     return 2.0 * r**2 * (np.arccos(half) - half * np.sqrt(1.0 - half**2))
@@ -68,7 +74,9 @@ def coverage_sd(coverage: float, radius_m, window_m: tuple[float, float], *, poi
     if not 0.0 <= coverage < 1.0:
         raise InputError(f"coverage = {coverage}: must lie in [0, 1)")
     if 2.0 * radius[-1] > min(width, height):
-        raise InputError(f"window_m = {window_m}: each side must be at least twice the largest radius, {radius[-1]} m")
+        raise InputError(
+            f"window_m = {window_m}: each side must be at least twice the largest radius, {radius[-1]} m"
+        )
     exposure = -math.log1p(-coverage) / (math.pi * float(weight @ radius**2))  # impacts per area
     node, gauss = np.polynomial.legendre.leggauss(points)
     d = radius[-1] * (node + 1.0)  # 0 .. 2 r_max

@@ -38,9 +38,17 @@ def impact(radius_m: float, density_kg_m3: float, speed_m_s: float, modulus_Pa: 
     depth = (15 m v^2 / (16 sqrt(R) E*))^(2/5), F = 4/3 E* sqrt(R) depth^1.5, a = sqrt(R depth),
     p0 = 2 E* a / (pi R), t = 2.9432 depth / v.  All arguments must be positive and finite (InputError).
     """
-    values = {"radius_m": radius_m, "density_kg_m3": density_kg_m3, "speed_m_s": speed_m_s, "modulus_Pa": modulus_Pa}
-    bad = [f"{name} = {value}: must be positive and finite" for name, value in values.items()
-           if not (value > 0.0 and math.isfinite(value))]
+    values = {
+        "radius_m": radius_m,
+        "density_kg_m3": density_kg_m3,
+        "speed_m_s": speed_m_s,
+        "modulus_Pa": modulus_Pa,
+    }
+    bad = [
+        f"{name} = {value}: must be positive and finite"
+        for name, value in values.items()
+        if not (value > 0.0 and math.isfinite(value))
+    ]
     if bad:
         raise InputError(bad)
     mass = density_kg_m3 * 4.0 / 3.0 * math.pi * radius_m**3

@@ -1,4 +1,4 @@
-"""Dimple size from an energy balance (D. Kirk's formula): what the shot loses, the hardness spends on the dent.
+"""Dimple size from an energy balance (D. Kirk's formula): what the shot loses, hardness spends on the dent.
 
 (1 - e^2) m v^2 / 2 = B * V with the shallow cap's volume V = pi d^4 / (32 D) gives the dimple diameter
 d = (8/3)^(1/4) D ((1 - e^2) rho v^2 / B)^(1/4).  Hardness B and restitution e are inputs, not predictions.
@@ -13,7 +13,7 @@ FACTOR = (8.0 / 3.0) ** 0.25  # 1.27789
 
 
 def dimple_diameter_m(diameter_m, density_kg_m3, normal_speed_m_s, hardness_Pa, restitution):
-    """Dimple diameter [m] of a shot with ``diameter_m`` at ``normal_speed_m_s`` (floats or arrays, broadcast).
+    """Dimple diameter [m] of a shot of ``diameter_m`` at ``normal_speed_m_s`` (floats or arrays, broadcast).
 
     hardness_Pa: indentation hardness as a pressure (Brinell number in kgf/mm^2 times 9.80665e6).
     """

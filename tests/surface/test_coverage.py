@@ -19,8 +19,9 @@ RADIUS = 0.15e-3
 def history(x, y, window_m, *, t=None, major=RADIUS, minor=RADIUS, azimuth=0.0, spacing_m=None):
     n = len(x)
     t = np.arange(n, dtype=float) if t is None else t
-    return coverage.coverage_history(x, y, t, np.full(n, major), np.full(n, minor), np.full(n, azimuth), window_m,
-                                     spacing_m)
+    return coverage.coverage_history(
+        x, y, t, np.full(n, major), np.full(n, minor), np.full(n, azimuth), window_m, spacing_m
+    )
 
 
 def exact_union(x, y, radius, side):
@@ -30,7 +31,10 @@ def exact_union(x, y, radius, side):
     segments = 32
     scale = math.sqrt(2 * math.pi / segments / math.sin(2 * math.pi / segments))
     union = shapely.union_all(shapely.buffer(shapely.points(x, y), radius * scale, quad_segs=segments // 4))
-    return shapely.area(shapely.intersection(union, shapely.box(-side / 2, -side / 2, side / 2, side / 2))) / side**2
+    return (
+        shapely.area(shapely.intersection(union, shapely.box(-side / 2, -side / 2, side / 2, side / 2)))
+        / side**2
+    )
 
 
 @pytest.mark.parametrize("level", [0.3, 0.7, 0.95])
@@ -54,15 +58,23 @@ def test_error_falls_with_the_spacing():
     offset = np.random.default_rng(1).uniform(-RADIUS, RADIUS, (200, 2)) * 0.3
     window = (4 * RADIUS, 4 * RADIUS)
     exact = math.pi / 16
-    rms = [np.sqrt(np.mean([(history([x], [y], window, spacing_m=h).coverage[-1] - exact) ** 2 for x, y in offset]))
-           for h in (RADIUS / 8, RADIUS / 32)]
+    rms = [
+        np.sqrt(
+            np.mean([(history([x], [y], window, spacing_m=h).coverage[-1] - exact) ** 2 for x, y in offset])
+        )
+        for h in (RADIUS / 8, RADIUS / 32)
+    ]
     assert math.log(rms[0] / rms[1]) / math.log(4) == pytest.approx(1.5, abs=0.25)
 
 
 def test_rotated_ellipse_has_its_area_and_its_direction():
     window = (2e-3, 2e-3)
-    at = {angle: history([0.1e-3], [-0.05e-3], window, major=0.6e-3, minor=0.2e-3, azimuth=angle, spacing_m=2e-6)
-          for angle in (0.0, 0.5, math.pi / 2)}
+    at = {
+        angle: history(
+            [0.1e-3], [-0.05e-3], window, major=0.6e-3, minor=0.2e-3, azimuth=angle, spacing_m=2e-6
+        )
+        for angle in (0.0, 0.5, math.pi / 2)
+    }
     for got in at.values():  # 2e-6 m spacing on this boundary: sd 1e-5 of the window
         assert got.coverage[-1] * 4e-6 == pytest.approx(math.pi * 0.6e-3 * 0.2e-3, rel=5e-4)
     # a narrow window along x sees the ellipse's full length only when it lies along x
@@ -73,7 +85,9 @@ def test_rotated_ellipse_has_its_area_and_its_direction():
     assert along.coverage[-1] * 2e-3 == pytest.approx(1.2e-3, rel=5e-3)
     assert across.coverage[-1] * 2e-3 == pytest.approx(0.4e-3, rel=5e-3)
     # chord through the centre at 45 degrees: 2/sqrt((1/a^2 + 1/b^2)/2)
-    assert tilted.coverage[-1] * 2e-3 == pytest.approx(2 / math.sqrt((1 / 0.6e-3**2 + 1 / 0.2e-3**2) / 2), rel=5e-3)
+    assert tilted.coverage[-1] * 2e-3 == pytest.approx(
+        2 / math.sqrt((1 / 0.6e-3**2 + 1 / 0.2e-3**2) / 2), rel=5e-3
+    )
 
 
 def test_tilted_ellipses_lean_the_right_way():
@@ -97,7 +111,9 @@ def test_curve_is_in_order_of_time_and_counts_a_point_once():
     window, spacing = (1e-3, 1e-3), 2e-6
     x, y, t = np.array([0.2e-3, -0.2e-3, 0.2e-3]), np.zeros(3), np.array([3.0, 1.0, 2.0])
     axes = np.full(3, RADIUS)
-    got = coverage.coverage_curve(x, y, t, axes, axes, np.zeros(3), window, spacing, [0.5, 1.0, 1.5, 2.5, 9.0])
+    got = coverage.coverage_curve(
+        x, y, t, axes, axes, np.zeros(3), window, spacing, [0.5, 1.0, 1.5, 2.5, 9.0]
+    )
     one = math.pi * RADIUS**2 / 1e-6
     assert got == pytest.approx([0.0, one, one, 2 * one, 2 * one], rel=2e-3)
     assert got[4] == got[3]  # the third impact repeats the second's place
@@ -131,8 +147,9 @@ def test_no_impacts_is_no_coverage():
 
 def test_bad_input_is_named_at_once():
     with pytest.raises(InputError) as caught:
-        coverage.coverage_history([0.0, np.nan], [0.0, 0.0], [0.0], [1.0, 1.0], [-1.0, 1.0], [0.0, 0.0],
-                                  (0.0, 1.0), 0.0)
+        coverage.coverage_history(
+            [0.0, np.nan], [0.0, 0.0], [0.0], [1.0, 1.0], [-1.0, 1.0], [0.0, 0.0], (0.0, 1.0), 0.0
+        )
     text = str(caught.value)
     assert len(caught.value.problems) == 5
     assert all(word in text for word in ("x: 1 values", "time_s", "semi_minor", "window_m", "spacing_m"))
@@ -141,7 +158,9 @@ def test_bad_input_is_named_at_once():
 # --- the dimple's ellipse
 
 DIMPLE = SimpleNamespace(
-    contact_time_s=2e-6, diameter_m=1e-3, speed_m_s=60.0,
+    contact_time_s=2e-6,
+    diameter_m=1e-3,
+    speed_m_s=60.0,
     radius_for=lambda d, v: 0.227 * np.asarray(d) * np.sqrt(np.asarray(v) / 60.0),
 )
 
@@ -152,7 +171,9 @@ def impacts(rows):
 
 
 def test_normal_impact_is_a_circle():
-    major, minor, _ = coverage.dimple_semi_axes(DIMPLE, impacts([(1e-3, 0.0, 0.0, -60.0), (2e-3, 0.0, 0.0, -15.0)]))
+    major, minor, _ = coverage.dimple_semi_axes(
+        DIMPLE, impacts([(1e-3, 0.0, 0.0, -60.0), (2e-3, 0.0, 0.0, -15.0)])
+    )
     assert list(major) == list(minor)
     assert minor == pytest.approx([0.227e-3, 0.227e-3], rel=1e-12)
 

@@ -1,4 +1,4 @@
-"""Avrami: the paper's worked number, the equivalence of its two forms, and the exact scatter of one window."""
+"""Avrami: the paper's worked number, the equivalence of its two forms, and the scatter of one window."""
 
 from __future__ import annotations
 
@@ -10,7 +10,12 @@ import pytest
 from glue.errors import InputError
 from glue.theory import avrami
 
-PAPER = {"mass_flow_kg_s": 1 / 60, "area_m2": 0.01, "shot_radius3_mean_m3": 0.5e-3**3, "density_kg_m3": 7800.0}
+PAPER = {
+    "mass_flow_kg_s": 1 / 60,
+    "area_m2": 0.01,
+    "shot_radius3_mean_m3": 0.5e-3**3,
+    "density_kg_m3": 7800.0,
+}
 
 
 def test_paper_time_to_full_coverage():
@@ -27,7 +32,9 @@ def test_both_forms_agree():
     assert avrami.time_to_coverage(0.98, 0.15e-3**2, rate) == pytest.approx(135.62, abs=5e-3)
 
 
-@pytest.mark.parametrize("coverage, exposure", [(0.5, 0.693147), (0.9, 2.302585), (0.98, 3.912023), (0.99, 4.605170)])
+@pytest.mark.parametrize(
+    "coverage, exposure", [(0.5, 0.693147), (0.9, 2.302585), (0.98, 3.912023), (0.99, 4.605170)]
+)
 def test_time_to_coverage_inverts(coverage, exposure):
     assert avrami.time_to_coverage(coverage, 1.0 / math.pi, 1.0) == pytest.approx(exposure, abs=5e-7)
 
@@ -46,9 +53,15 @@ def test_two_disc_union():
     assert avrami.disc_overlap_m2(0.15, 5.0) == 0.0
 
 
-@pytest.mark.parametrize("coverage, on_10_mm, on_2_mm", [
-    (0.2, 0.0103, 0.0516), (0.5, 0.0120, 0.0602), (0.9, 0.0056, 0.0277), (0.98, 0.0020, 0.0098),
-])
+@pytest.mark.parametrize(
+    "coverage, on_10_mm, on_2_mm",
+    [
+        (0.2, 0.0103, 0.0516),
+        (0.5, 0.0120, 0.0602),
+        (0.9, 0.0056, 0.0277),
+        (0.98, 0.0020, 0.0098),
+    ],
+)
 def test_scatter_reference_numbers(coverage, on_10_mm, on_2_mm):
     # the reference neglects the window's edge, so its two columns are one number, sd * side: the limit of a
     # large window, here 1 m; the limit is one unit of its last printed digit

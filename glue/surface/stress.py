@@ -1,0 +1,90 @@
+"""What one reads off a residual-stress profile: surface value, largest compression, sign change, balance."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from glue.errors import InputError
+
+
+def profile_metrics(depth_m, sigma_Pa) -> dict:
+    """Metrics of a residual-stress profile ``sigma_Pa`` (n,), tension positive, at rising ``depth_m`` (n,).
+
+    surface_Pa: the value at depth 0, else extrapolated on the line through the first two points.
+    max_compressive_Pa (negative), max_compressive_depth_m: vertex of the parabola through the lowest point
+    and its two neighbours (any spacing); the lowest point itself at an end of the profile.
+    compressive_depth_m: where the stress, below its minimum, first turns to tension, by linear interpolation.
+    force_balance_N_m: integral of sigma dz over the profile (trapezoid), force_balance_relative: over that of
+    |sigma|.  A free plate has 0; a profile cut off inside the plate, or of a constrained cell, has not.
+
+    What the profile does not show is None with a sibling ``<key>_reason``.  Raises InputError.
+    """
+    z, sigma = np.asarray(depth_m, dtype=float), np.asarray(sigma_Pa, dtype=float)
+    _check(z, sigma)
+    result = {"surface_Pa": _surface(z, sigma)}
+    lowest = int(np.argmin(sigma))
+    if sigma[lowest] >= 0.0:
+        reason = "no compressive stress anywhere in the profile"
+        for key in ("max_compressive_Pa", "max_compressive_depth_m", "compressive_depth_m"):
+            result |= {key: None, f"{key}_reason": reason}
+    else:
+        depth, stress = _vertex(z, sigma, lowest)
+        result |= {"max_compressive_Pa": stress, "max_compressive_depth_m": depth}
+        result |= _sign_change(z, sigma, lowest)
+    force = _trapezoid(sigma, z)
+    # |sigma| of a polygon, exactly: the trapezoid rule with the crossings put in
+    z_all, sigma_all = _with_crossings(z, sigma)
+    gross = _trapezoid(np.abs(sigma_all), z_all)
+    result |= {"force_balance_N_m": force, "force_balance_relative": force / gross if gross > 0.0 else 0.0}
+    return result
+
+
+def _check(z, sigma):
+    problems = []
+    if z.ndim != 1 or z.shape != sigma.shape or z.size < 2:
+        problems.append(
+            f"stress profile: shapes {z.shape} and {sigma.shape}: two equal columns of at least 2 rows"
+        )
+    elif not (np.isfinite(z).all() and np.isfinite(sigma).all()):
+        problems.append("stress profile: holds values that are not finite")
+    elif z[0] < 0.0 or (np.diff(z) <= 0.0).any():
+        problems.append("stress profile: depths must start at 0 or below the surface and rise")
+    if problems:
+        raise InputError(problems)
+
+
+def _surface(z, sigma) -> float:
+    return float(sigma[0] - z[0] * (sigma[1] - sigma[0]) / (z[1] - z[0]))
+
+
+def _vertex(z, sigma, i) -> tuple[float, float]:
+    """(depth, stress) of the parabola's vertex around the lowest point ``i``."""
+    if i in (0, z.size - 1):
+        return float(z[i]), float(sigma[i])
+    left, right = z[i - 1] - z[i], z[i + 1] - z[i]
+    slope_left, slope_right = (sigma[i - 1] - sigma[i]) / left, (sigma[i + 1] - sigma[i]) / right
+    curvature = (slope_right - slope_left) / (right - left)
+    if curvature <= 0.0:  # three equal stresses
+        return float(z[i]), float(sigma[i])
+    slope = slope_left - curvature * left
+    return float(z[i] - slope / (2.0 * curvature)), float(sigma[i] - slope**2 / (4.0 * curvature))
+
+
+def _sign_change(z, sigma, lowest) -> dict:
+    tension = np.flatnonzero(sigma[lowest:] >= 0.0)
+    if tension.size == 0:
+        reason = f"still compressive ({sigma[-1] / 1e6:.0f} MPa) at the profile's end, {z[-1] * 1e3:.3f} mm"
+        return {"compressive_depth_m": None, "compressive_depth_m_reason": reason}
+    k = lowest + int(tension[0])
+    share = sigma[k - 1] / (sigma[k - 1] - sigma[k])
+    return {"compressive_depth_m": float(z[k - 1] + share * (z[k] - z[k - 1]))}
+
+
+def _with_crossings(z, sigma):
+    k = np.flatnonzero(sigma[:-1] * sigma[1:] < 0.0)
+    crossing = z[k] + sigma[k] / (sigma[k] - sigma[k + 1]) * (z[k + 1] - z[k])
+    return np.insert(z, k + 1, crossing), np.insert(sigma, k + 1, 0.0)
+
+
+def _trapezoid(values, z) -> float:
+    return float(np.sum(0.5 * (values[1:] + values[:-1]) * np.diff(z)))

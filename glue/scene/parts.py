@@ -56,8 +56,10 @@ def _shots_of_grade(table: Table, size: str | None) -> Shots | None:
     if clash or grade is None or size is None:
         return None
     shots = shot(grade, size, spread)
-    if size == "distribution" and spread is None:
-        table.log.default(table.at("size_cv"), shots.size_cv, f"{shots.source}; grade {shots.evidence}")
+    if size == "distribution":
+        table.log.default(table.at("diameter_m"), shots.diameter_m, f"mean of the spread; {shots.source}")
+        if spread is None:
+            table.log.default(table.at("size_cv"), shots.size_cv, shots.source)
     return shots
 
 

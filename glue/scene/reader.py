@@ -196,16 +196,20 @@ def _read_models(top: Table) -> Models:
 
 
 def _read_accuracy(top: Table, preset: str | None) -> Accuracy | None:
-    if preset is None:
-        word = _small_table(top, "accuracy", schema.ACCURACY)["preset"]
-        return PRESETS[word] if word else None
-    if "accuracy" in top:
-        _small_table(top, "accuracy", schema.ACCURACY)  # checked all the same, though not used
-    problem = schema.ACCURACY["preset"].problem(preset)
-    if problem:
-        top.log.problems.append(f"accuracy preset given for this run: {problem}")
-        return None
-    return PRESETS[preset]
+    """The file's preset; a run's own ``preset`` takes its place, but the file's is checked all the same."""
+    table = top.optional_table("accuracy")
+    word = None
+    if table is not None:
+        table.refuse_others(schema.ACCURACY, elsewhere=schema.BELONGS_IN)
+        if preset is None or "preset" in table:
+            word = table.get("preset", schema.ACCURACY["preset"])
+    if preset is not None:
+        word = preset
+        problem = schema.ACCURACY["preset"].problem(preset)
+        if problem:
+            top.log.problems.append(f"accuracy preset given for this run: {problem}")
+            return None
+    return PRESETS[word] if word else None
 
 
 def _cross_checks(shots, nozzle, material, window, accuracy, exposure_time_s):

@@ -83,6 +83,7 @@ def test_shots_by_distribution(write_scene):
     mass = 7800.0 * math.pi / 6.0 * 1.1e-3**3 * (1.0 + 3.0 * 0.09**2)
     assert scene.shot_rate_1_s == pytest.approx(0.01667 / mass, rel=1e-12)
     assert any(line.startswith("shots.size_cv = 0.09 (") for line in scene.defaults_used)
+    assert any(line.startswith("shots.diameter_m = 0.0011 (mean of the") for line in scene.defaults_used)
     own = read_scene(write_scene({"shots.size": '"distribution"', "shots.size_cv": "0.05"}))
     assert own.shots.size_cv == 0.05
     assert not any(line.startswith("shots.size_cv") for line in own.defaults_used)
@@ -124,6 +125,9 @@ def test_presets_change_numerics_only(preset, write_scene):
     by_file = read_scene(write_scene({"accuracy.preset": f'"{preset}"'}))
     assert by_file == dataclasses.replace(plain, accuracy=PRESETS[preset])
     assert read_scene(write_scene({"accuracy.preset": '"fast"'}), preset=preset) == by_file
+    given = read_scene(write_scene({"accuracy": "{}"}), preset=preset)
+    assert given == by_file
+    assert not any(line.startswith("accuracy") for line in given.defaults_used)  # it was not a default
 
 
 def test_a_wrong_preset_argument_is_named_as_such(problems_of):

@@ -19,7 +19,7 @@ from impact_logger import Flying, FlowFailed, ImpactLogger
 # dropped, so that no shot can appear inside one that leaves.
 INLET_DIAMETERS = 1.25
 # Rising shots outside the jet by this many jet radii are dropped, see Stream.
-JET_MARGIN_RADII = 1.0
+JET_MARGIN_RADII = 0.5
 # Shots further than this many stand-offs from the jet's axis are dropped even when falling.
 FAR_STAND_OFFS = 3.0
 

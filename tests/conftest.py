@@ -1,0 +1,36 @@
+"""Solver tests need the real YADE and FreeFem++; stub solvers stand in for them everywhere else."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import stat
+import sys
+
+import pytest
+
+
+def pytest_runtest_setup(item):
+    if item.get_closest_marker("solver") is None:
+        return
+    missing = [name for name in ("yade", "FreeFem++", "ff-c++") if shutil.which(name) is None]
+    if missing:
+        reason = f"{', '.join(missing)} not installed; make setup"
+        pytest.fail(reason) if os.environ.get("PEEN_REQUIRE_SOLVERS") == "1" else pytest.skip(reason)
+    from glue.solvers import build_plugin
+
+    build_plugin()
+
+
+@pytest.fixture
+def stub(tmp_path, monkeypatch):
+    """stub("PEEN_FREEFEM", python_code): a program of that code takes the solver's place; returns its path."""
+
+    def make(variable: str, code: str):
+        program = tmp_path / variable.lower()
+        program.write_text(f"#!{sys.executable}\nimport os, signal, sys, time\nfrom pathlib import Path\n{code}\n")
+        program.chmod(program.stat().st_mode | stat.S_IXUSR)
+        monkeypatch.setenv(variable, str(program))
+        return program
+
+    return make

@@ -10,7 +10,8 @@ import shutil
 import signal
 import subprocess
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextvars import ContextVar
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,6 +25,20 @@ class Finished(NamedTuple):
     log: Path
     wall_s: float
     peak_memory_bytes: int
+
+
+_watchers: ContextVar[list[tuple[str, Finished]] | None] = ContextVar("watchers", default=None)
+
+
+@contextlib.contextmanager
+def watch() -> Iterator[list[tuple[str, Finished]]]:
+    """Collect (program name, how it ended) of every process that ends inside the block, for the manifest."""
+    seen: list[tuple[str, Finished]] = []
+    token = _watchers.set(seen)
+    try:
+        yield seen
+    finally:
+        _watchers.reset(token)
 
 
 class TimedOut(Exception):
@@ -66,7 +81,11 @@ def run(
             raise
         finally:
             child.stdout.close()
-    return Finished(exit_code, log, time.monotonic() - start, peak)
+    done = Finished(exit_code, log, time.monotonic() - start, peak)
+    seen = _watchers.get()
+    if seen is not None:
+        seen.append((Path(argv[0]).name, done))
+    return done
 
 
 def _as_typed(argv, cwd, env) -> str:

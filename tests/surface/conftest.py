@@ -7,27 +7,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-IMPACT_COLUMNS = (
-    "x_m",
-    "y_m",
-    "time_s",
-    "vx_in_m_s",
-    "vy_in_m_s",
-    "vz_in_m_s",
-    "diameter_m",
-    "density_kg_m3",
-)
+IMPACT_COLUMNS = ("x_m", "y_m", "time_s", "vx_in_m_s", "vy_in_m_s", "vz_in_m_s", "diameter_m")
 
 
 @pytest.fixture(scope="session")
 def dimple():
-    """A sphere's cap 52.4 um deep that meets z = 0 at 227 um, with a smooth pile-up of 10 um around it."""
-    a, depth, crest = 227e-6, 52.4e-6, 10e-6
+    """A sphere's cap 52.4 um deep that meets z = 0 at 227 um, with the solved dimple's pile-up (within 1 um)."""
+    a, depth, crest = 227e-6, 52.4e-6, 8.2e-6
     sphere = (a**2 + depth**2) / (2 * depth)
     r = np.linspace(0.0, 5 * a, 2001)
     dent = sphere - depth - np.sqrt(sphere**2 - np.minimum(r, a) ** 2)
-    rise = np.sin(0.5 * np.pi * np.clip((r / a - 1.0) / 0.2, 0.0, 1.0))
-    fall = np.exp(-np.maximum(r / a - 1.2, 0.0) / 0.5)
+    rise = np.sin(0.5 * np.pi * np.clip((r / a - 1.0) / 0.13, 0.0, 1.0))
+    fall = np.exp(-np.maximum(r / a - 1.13, 0.0) / 0.55)
     return SimpleNamespace(
         radius_m=a,
         depth_m=depth,
@@ -35,6 +26,7 @@ def dimple():
         contact_time_s=2e-6,
         speed_m_s=60.0,
         diameter_m=1e-3,
+        density_kg_m3=7800.0,
         speed_exponent=0.5,
         profile_r_m=r,
         profile_z_m=np.where(r < a, dent, crest * rise * fall),
@@ -50,7 +42,7 @@ def make_impacts():
         rows = np.zeros(len(x_m), dtype=[(name, float) for name in IMPACT_COLUMNS])
         rows["x_m"], rows["y_m"] = x_m, y_m
         rows["time_s"] = np.arange(len(x_m)) if time_s is None else time_s
-        rows["vz_in_m_s"], rows["diameter_m"], rows["density_kg_m3"] = -speed_m_s, diameter_m, 7800.0
+        rows["vz_in_m_s"], rows["diameter_m"] = -speed_m_s, diameter_m
         return rows
 
     return make

@@ -36,7 +36,8 @@ def test_stamp_of_a_cap_is_the_cap(dimple):
     assert made.volume_m3 == pytest.approx(cap_volume(dimple), rel=1e-4)  # the profile is a polygon
     sphere = (dimple.radius_m**2 + dimple.depth_m**2) / (2 * dimple.depth_m)
     assert made.cap_radius_m == pytest.approx(sphere, rel=1e-4)
-    assert made.pile_m.max() == pytest.approx(10e-6, rel=0.03)  # less its height at the cut, 3 radii: .27 um
+    # the crest less the height at the cut, 3 radii
+    assert made.pile_m.max() == pytest.approx(8.2e-6 * (1 - math.exp(-1.87 / 0.55)), rel=5e-3)
     assert made.pile_m[-1] == 0.0
 
 
@@ -65,7 +66,7 @@ def test_second_impact_on_the_spot_takes_away_the_hardened_volume(dimple, make_i
     once = -press(make_impacts([0.0], [0.0]), no_pile)[2].sum() * cell
     twice = -press(make_impacts([0.0, 0.0], [0.0, 0.0]), no_pile)[2].sum() * cell
     soft = -press(make_impacts([0.0, 0.0], [0.0, 0.0]), no_pile, law=perfectly_plastic)[2].sum() * cell
-    ratio = stamp.volume_ratio(johnson_cook, stamp.plastic_work_density_Pa(dimple, 7800.0), 3)
+    ratio = stamp.volume_ratio(johnson_cook, stamp.plastic_work_density_Pa(dimple), 3)
     assert once == pytest.approx(stamp.stamp_of(no_pile).volume_m3, rel=1e-9)  # exact on any grid
     assert twice - once == pytest.approx(ratio[1] * once, rel=1e-9)
     assert soft == pytest.approx(2 * once, rel=1e-9)
@@ -82,9 +83,7 @@ def test_volume_ratio_closed_forms():
 def test_work_density_is_the_lost_kinetic_energy(dimple):
     # 7.35 mJ of a 1 mm steel sphere at 60 m/s, less the rebound's e^2
     volume = stamp.WORK_DEPTH * math.pi * dimple.radius_m**3
-    assert stamp.plastic_work_density_Pa(dimple, 7800.0) * volume == pytest.approx(
-        7.351e-3 * (1 - 0.34**2), rel=1e-4
-    )
+    assert stamp.plastic_work_density_Pa(dimple) * volume == pytest.approx(7.351e-3 * (1 - 0.34**2), rel=1e-4)
 
 
 def test_size_and_speed_scale_the_stamp(dimple, make_impacts):
@@ -118,29 +117,27 @@ def test_growth_as_in_sequential_finite_element_cells(dimple, make_impacts):
     """Sa, Sz, Ssk after 5, 18, 58 impacts in a periodic 1.6 mm cell (coverage 28, 69, 98 %).
 
     Reference: finite-element cells under energy-controlled spheres one after another, Johnson-Cook 369 + 684
-    p^.73 MPa, mean of 3 draws; here the mean of 10.  Single draws scatter by 5 to 9 % in Sa and Sz, so the
-    reference is good to about 5 %, and the stamp itself to about 5 % on equal draws: limit 10 %.
-    The pile-up of the synthetic dimple (10 um) was chosen to fit the first row's Sz, WORK_DEPTH to fit the
-    last row (from 1 to 2 it moves Sa there by 5 %): the middle row and Ssk are the test.
+    p^.73 MPa, mean of 3 draws.  Single draws scatter by 5-9 % in Sa and Sz and .15-.2 in Ssk, so the reference
+    is good to 3-5 % and .1, one standard error: limits 10 % and .25.  Here the mean of 60 draws.
+    Nothing but WORK_DEPTH is fitted: it moves the last row's Sa by 6 % between 1 and 2 radii.
     """
     reference = [(5, 12.7e-6, 80e-6, -1.4), (18, 20.8e-6, 107e-6, 0.0), (58, 17.6e-6, 128e-6, 0.4)]
     side = 1.6e-3
     images = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)]) * side
     found = {n: [] for n, *_ in reference}
-    for seed in range(10):
+    for seed in range(60):
         centre = np.random.default_rng(seed).uniform(-side / 2, side / 2, (58, 2))
         for n in found:
             x, y = (centre[:n, None, :] + images[None, :, :]).reshape(-1, 2).T
             z = press(make_impacts(x, y), dimple, (side, side), 20e-6)[2]
-            got = roughness.areal(
-                z, 20e-6, 20e-6, levelling="mean"
-            )  # the cell is periodic: no tilt to take out
+            # a periodic cell has no tilt to take out
+            got = roughness.areal(z, 20e-6, 20e-6, levelling="mean")
             found[n].append((got["Sa_m"], got["Sz_m"], got["Ssk"]))
     for n, sa, sz, ssk in reference:
         mean = np.mean(found[n], axis=0)
         assert mean[0] == pytest.approx(sa, rel=0.10), n
         assert mean[1] == pytest.approx(sz, rel=0.10), n
-        assert mean[2] == pytest.approx(ssk, abs=0.15), n
+        assert mean[2] == pytest.approx(ssk, abs=0.25), n
 
 
 def test_ten_thousand_impacts_take_seconds(dimple, make_impacts):

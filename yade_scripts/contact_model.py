@@ -179,7 +179,7 @@ class Calibration(NamedTuple):
     high: float
 
 
-def calibrate(wanted: float, *, phases: int = 16, **rig) -> Calibration:
+def calibrate(wanted: float, *, phases: int = 32, **rig) -> Calibration:
     """``en`` whose mean rebound is ``wanted`` within 1e-4 of it, by secant in the rig (``rig``: its arguments).
 
     1 is taken as it is: undamped contacts return their energy, and no ``en`` could correct them upwards.

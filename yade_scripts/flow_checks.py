@@ -103,6 +103,8 @@ def postflight(plan: Plan, stream, logger) -> list[Row]:
         ("largest speed [m/s]", logger.top_speed, logger.speed_limit, logger.top_speed <= logger.speed_limit),
         ("gain of kinetic energy in a contact", logger.worst_gain, ENERGY_TOLERANCE,
          logger.worst_gain <= ENERGY_TOLERANCE),
+        ("kinetic energy left over fed", stream.energy_left(), 1.0 + ENERGY_TOLERANCE,
+         stream.energy_left() <= 1.0 + ENERGY_TOLERANCE),
         ("change of momentum in a collision", logger.worst_momentum, 1e-9, logger.worst_momentum <= 1e-9),
         ("contact stiffness over the materials'", soft, 1.0, soft == 1.0),
     ]

@@ -88,9 +88,7 @@ class ImpactLogger:
         self.speed_limit = speed_limit_m_s
         self.open: dict[tuple[int, int], Contact] = {}
         self.waiting: list[tuple] = []  # finished rows that an older contact, still open, must precede
-        self.impacts = self.collisions = 0
-        self.first_impacts = self.first_collided = 0
-        self.sum_normal_speed = self.sum_normal_energy = 0.0
+        self.collisions = 0  # shot on shot, each counted once
         self.top_speed = 0.0
         self.worst_gain = -math.inf  # largest relative gain of kinetic energy over a group of contacts
         self.worst_momentum = 0.0  # largest relative change of momentum in collisions between shots
@@ -179,13 +177,7 @@ class ImpactLogger:
         end = now
         if shot.open == 0 and climb > 0.0:
             end = now - (z - shot.radius) / climb
-        first = shot.impacts == 0
         shot.impacts += 1
-        self.impacts += 1
-        self.sum_normal_speed += abs(contact.vel[2])
-        self.sum_normal_energy += contact.vel[2] ** 2
-        self.first_impacts += first
-        self.first_collided += first and contact.collisions > 0
         a = shot.arrival
         row = (shot.shot_id, contact.begin, end - contact.begin, *contact.point, *contact.vel, *contact.spin,
                *shot.vel, *shot.spin, float(a["diameter_m"]), float(a["density_kg_m3"]), contact.peak,

@@ -15,11 +15,12 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import signal
 import sys
 import time
 from pathlib import Path
 
-HERE = Path(sys.argv[0]).resolve().parent
+HERE = Path(sys.argv[0]).resolve().parent  # under yade, __file__ is that of yade itself
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
 import session  # noqa: E402
@@ -107,7 +108,7 @@ def simulate(stream: Stream, logger: ImpactLogger, writer, end_s: float, tail_s:
     logger.flush()
 
 
-def summary(plan, scene, stream, logger, impacts: int) -> dict:
+def summary(plan, stream, logger, impacts: int) -> dict:
     """The numbers of flow.json that come from the run; SI."""
     return {
         "dt_s": plan.dt_s, "dt_over_P": plan.dt_over_P, "poll_every_steps": plan.poll_every,
@@ -116,10 +117,6 @@ def summary(plan, scene, stream, logger, impacts: int) -> dict:
         "arrived": stream.next, "impacts": impacts, "dropped": stream.dropped, "in_flight": len(logger.live),
         "shots_that_never_struck": stream.never_struck + sum(s.impacts == 0 for s in logger.live.values()),
         "shot_shot_collisions": logger.collisions,
-        "collided_fraction": logger.first_collided / logger.first_impacts if logger.first_impacts else None,
-        "mean_normal_speed_m_s": logger.sum_normal_speed / logger.impacts if logger.impacts else None,
-        "mean_normal_energy_fraction": (logger.sum_normal_energy / logger.impacts / scene.nozzle.speed_m_s**2
-                                        if logger.impacts else None),
         "top_speed_m_s": logger.top_speed,
     }
 
@@ -156,25 +153,26 @@ def run(args, report: dict) -> None:
         writer.abandon()
         raise
     finally:
-        report.update(summary(plan, scene, stream, logger, writer.rows_written))
+        report.update(summary(plan, stream, logger, writer.rows_written))
 
 
 def main() -> int:
     args = parse(sys.argv[1:])
-    report = {"schema": 1, "model": "dem", "status": "failed", "cause": "stopped"}
+    report = {"schema": 1, "model": "dem", "status": "failed", "kind": "stopped", "cause": "stopped"}
     begun = time.monotonic()
     code = 3
     try:
         args.out.mkdir(parents=True, exist_ok=True)
         run(args, report)
-        report.update(status="ok", cause=None)
+        report.update(status="ok", kind=None, cause=None)
         code = 0
     except InputError as e:
-        report["cause"], code = "; ".join(e.problems), e.exit_code
-    except (FlowFailed, OSError) as e:
-        report["cause"] = str(e)
+        report.update(kind="input", cause="; ".join(e.problems))
+        code = e.exit_code
+    except FlowFailed as e:
+        report.update(kind="check", cause=str(e))
     except Exception as e:
-        report["cause"] = f"{type(e).__name__}: {e}"
+        report.update(kind="defect", cause=f"{type(e).__name__}: {e}")
         raise  # a defect of this program: the traceback belongs in the log
     finally:
         report["wall_s"] = time.monotonic() - begun
@@ -195,4 +193,7 @@ def _plain(value):
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-sys.exit(main())
+if __name__ == "__main__":
+    for number in (signal.SIGTERM, signal.SIGINT):  # leave through `finally`: the log so far and flow.json stay
+        signal.signal(number, lambda *_: sys.exit(3))
+    sys.exit(main())

@@ -50,6 +50,7 @@ class Stream:
         self.parked: list[int] = []
         self.dropped = {"exit": 0, "beside": 0, "far": 0, "inlet": 0}
         self.never_struck = 0
+        self.energy_in_J = self.energy_out_J = 0.0  # kinetic, of the shots fed and dropped
         self.peak_live = 0
         diameters = arrivals["diameter_m"]
         lead_s = INLET_DIAMETERS * diameters.max(initial=0.0) / nozzle.speed_m_s
@@ -77,6 +78,7 @@ class Stream:
             shot = self._place(arrival, now)
             self._clear_inlet(shot, now)
             self.logger.live[shot.body] = shot
+            self.energy_in_J += shot.energy_J()
             self.next += 1
         self.peak_live = max(self.peak_live, len(self.logger.live))
 
@@ -133,6 +135,7 @@ class Stream:
         self.check_flight(shot)
         self.dropped[why] += 1
         self.never_struck += shot.impacts == 0
+        self.energy_out_J += shot.energy_J()
         del self.logger.live[shot.body]
         body = O.bodies[shot.body]
         body.mask = PARKED
@@ -159,6 +162,10 @@ class Stream:
                 raise FlowFailed(f"shot {shot.shot_id} is below the target's surface or lost (z = {z:.4g} m)")
             if not shot.open:
                 self.check_flight(shot)
+
+    def energy_left(self) -> float:
+        """Kinetic energy of all shots at their last free flight over what they left the nozzle with."""
+        return (self.energy_out_J + sum(s.energy_J() for s in self.logger.live.values())) / self.energy_in_J
 
     def falling(self) -> int:
         """Number of live shots that still fly towards the target or are in contact."""

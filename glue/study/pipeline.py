@@ -123,10 +123,10 @@ def _run_stages(folder: RunDirectory, scene: Scene, wanted, stages, progress: Pr
         }
         input_hash = digest(inputs)
         if folder.is_current(stage.name, input_hash):
+            folder.keep(stage.name)
             progress(stage.name, 1.0, "up to date")
             continue
-        later = _builds_on(stage, stages)
-        folder.begin(stage.name, [s.name for s in later], [name for s in (stage, *later) for name in s.owns])
+        folder.begin(stage.name, [s.name for s in _builds_on(stage, stages)], stage.owns)
         work = Work(scene, folder.path, folder.scene_file, lambda f, text="": progress(stage.name, f, text), done)  # noqa: B023
         _run_one(folder, stage, work, {"input_sha256": input_hash, "inputs": inputs, "versions": versions})
 

@@ -99,21 +99,31 @@ class RunDirectory:
     def is_current(self, stage: str, input_hash: str) -> bool:
         """Was ``stage`` completed with exactly these inputs, and are its files still what it wrote?"""
         record = self.manifest["stages"].get(stage)
-        if record is None or record["state"] != "complete" or record["input_sha256"] != input_hash:
+        if record is None or record["state"] == "failed" or record["input_sha256"] != input_hash:
             return False
         files = {name: self.path / name for name in record["outputs"]}
         return all(p.is_file() and file_digest(p) == record["outputs"][name] for name, p in files.items())
+
+    def keep(self, stage: str) -> None:
+        """Note that ``stage``, found current, counts again if it had been put in doubt."""
+        if self.manifest["stages"][stage]["state"] != "complete":
+            self.manifest["stages"][stage]["state"] = "complete"
+            self._save()
 
     def outputs_digest(self, stage: str) -> str | None:
         """Digest of the files of a complete stage, None when it is not complete."""
         record = self.manifest["stages"].get(stage, {})
         return digest(record["outputs"]) if record.get("state") == "complete" else None
 
-    def begin(self, stage: str, also: Iterable[str], owned: Iterable[str]) -> None:
-        """Forget ``stage`` and the stages in ``also`` that build on it, then remove the files it ``owned``."""
-        gone = [stage, *also]
-        for name in gone:
-            self.manifest["stages"].pop(name, None)
+    def begin(self, stage: str, later: Iterable[str], owned: Iterable[str]) -> None:
+        """Forget ``stage`` and remove the files it ``owned``; put the stages in ``later``, built on it, in doubt.
+
+        A doubted stage is out of metrics.json until its own turn, when it is kept or run again.
+        """
+        self.manifest["stages"].pop(stage, None)
+        for name in later:
+            if self.manifest["stages"].get(name, {}).get("state") == "complete":
+                self.manifest["stages"][name]["state"] = "in doubt"
         self._save()
         for name in owned:
             target = self.path / name
@@ -135,7 +145,9 @@ class RunDirectory:
         merged: dict[str, Any] = {"schema": SCHEMA}
         for stage in sorted(self.manifest["stages"], key=_position):
             record = self.manifest["stages"][stage]
-            for section, values in record.get("metrics", {}).items():
+            if record["state"] != "complete":
+                continue
+            for section, values in record["metrics"].items():
                 target = merged.setdefault(section, {})
                 target.update(values)
                 for key in values:
@@ -151,11 +163,14 @@ class RunDirectory:
 def read_manifest(path: Path) -> dict:
     """The manifest of the run directory ``path``. Raises InputError when there is none or it is damaged."""
     try:
-        return json.loads((path / MANIFEST).read_text(encoding="utf-8"))
+        manifest = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
     except (FileNotFoundError, NotADirectoryError):
         raise InputError(f"{path}: no run directory (it has no {MANIFEST}); peen run SCENE --out {path} makes one") from None
     except (OSError, ValueError) as problem:
         raise InputError(f"{path / MANIFEST}: cannot be read ({problem}); remove the directory and run again") from None
+    if not isinstance(manifest, dict):
+        raise InputError(f"{path / MANIFEST}: is no manifest; remove the directory and run again")
+    return manifest
 
 
 def _position(stage: str) -> int:

@@ -123,7 +123,8 @@ def surface_stage(work: Work) -> tuple[dict, list[str]]:
     """The peened surface over the whole window by the energy stamp, and its roughness."""
     scene, dimple = work.scene, load_dimple(work.path)
     spacing = dimple.radius_m / scene.accuracy.stamp_points_per_radius
-    x, y, z = height_map(load_impacts(work.path), dimple, scene.target.window_m, spacing)
+    law = scene.target.material.combined  # the bounded law, as in the target stage: impacts overlap
+    x, y, z = height_map(load_impacts(work.path), dimple, scene.target.window_m, spacing, flow_stress_Pa=law.flow_stress_Pa)
     with atomic_path(work.path / "surface.npz") as part, open(part, "wb") as f:
         np.savez_compressed(f, x_m=x, y_m=y, z_m=z)
     return {"roughness": plain(areal(z, x[1] - x[0], y[1] - y[0]))}, ["surface.npz"]

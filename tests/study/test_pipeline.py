@@ -1,0 +1,210 @@
+"""The engine with stub stages: what runs, what is skipped, what is left behind when something stops."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from glue.atomic import write_text_atomic
+from glue.errors import InputError, NotConverged, SolverFailed
+from glue.solvers import repo_root
+from glue.study import pipeline
+from glue.study.stage import Stage
+
+
+class Stubs:
+    """Three stages a -> b -> c and a report d of whatever is there; each writes ``<name>.txt`` and counts its runs."""
+
+    def __init__(self):
+        self.ran, self.fail, self.salt = [], {}, {}
+        self.stages = (
+            self._stage("a", ()),
+            self._stage("b", ("a",)),
+            self._stage("c", ("b",)),
+            self._stage("d", (), uses=("a", "b", "c")),
+        )
+
+    def _stage(self, name, needs, uses=()):
+        def run(work):
+            self.ran.append(name)
+            if name in self.fail:
+                (work.path / f"{name}.half").write_text("half")
+                raise self.fail[name]
+            text = name + self.salt.get(name, "") + "".join((work.path / f"{n}.txt").read_text() for n in needs)
+            write_text_atomic(work.path / f"{name}.txt", text)
+            return {name: {"value": len(text)}}, [f"{name}.txt"]
+
+        return Stage(name, needs, (), (f"{name}.txt", f"{name}.half"), run, uses)
+
+    def go(self, out, **options):
+        self.ran.clear()
+        pipeline.run("al2024-s390", out, stages=self.stages, **options)
+        return self.ran
+
+
+@pytest.fixture
+def stubs():
+    return Stubs()
+
+
+def manifest(out):
+    return json.loads((out / "manifest.json").read_text())
+
+
+def test_runs_every_stage_once_and_none_the_second_time(stubs, tmp_path):
+    out = tmp_path / "run"
+    assert stubs.go(out) == ["a", "b", "c", "d"]
+    first = (out / "metrics.json").read_bytes()
+    assert stubs.go(out) == []
+    assert (out / "metrics.json").read_bytes() == first
+    assert json.loads(first) == {"schema": 1, "a": {"value": 1}, "b": {"value": 2}, "c": {"value": 3}, "d": {"value": 1}}
+
+
+def test_the_manifest_tells_what_was_done(stubs, tmp_path):
+    stubs.go(tmp_path / "run", preset="fast")
+    found = manifest(tmp_path / "run")
+    assert (found["seed"], found["preset_argument"], found["inputs"]["accuracy"]["preset"]) == (1, "fast", "fast")
+    assert found["choices"]["flow"]["model"] == "dem" and found["choices"]["flow"]["why"]
+    record = found["stages"]["b"]
+    assert (record["state"], record["exit_code"]) == ("complete", 0)
+    assert record["wall_s"] >= 0 and record["peak_memory_bytes"] > 1e6
+    assert record["versions"]["freefem"].keys() == {"binary", "package"}
+    assert list(record["outputs"]) == ["b.txt"] and len(record["outputs"]["b.txt"]) == 64
+
+
+def test_only_brings_what_is_needed_up_to_date(stubs, tmp_path):
+    assert stubs.go(tmp_path / "run", only=["b"]) == ["a", "b"]
+    assert json.loads((tmp_path / "run" / "metrics.json").read_text()).keys() == {"schema", "a", "b"}
+    assert stubs.go(tmp_path / "run", only=["c"]) == ["c"]
+    with pytest.raises(InputError, match="no stage e; allowed: a, b, c, d"):
+        stubs.go(tmp_path / "run", only=["e"])
+
+
+@pytest.mark.parametrize(("kind", "code"), [(SolverFailed, 3), (NotConverged, 4)])
+def test_a_failure_stops_the_run_and_the_next_goes_on_from_there(stubs, tmp_path, kind, code):
+    out = tmp_path / "run"
+    stubs.fail["b"] = kind("the solver stopped", cause="stub")
+    with pytest.raises(kind) as caught:
+        stubs.go(out)
+    assert str(out) in caught.value.__notes__[0]
+    assert stubs.ran == ["a", "b"]
+    record = manifest(out)["stages"]["b"]
+    assert (record["state"], record["exit_code"]) == ("failed", code) and "stub" in record["error"]
+    assert (out / "b.half").exists()  # kept for whoever looks into it, gone with the next try
+    stubs.fail.clear()
+    assert stubs.go(out) == ["b", "c", "d"]
+    assert not (out / "b.half").exists()
+
+
+def test_a_failure_takes_what_was_built_on_the_stage_out_of_the_metrics(stubs, tmp_path):
+    out = tmp_path / "run"
+    stubs.go(out)
+    (out / "b.txt").unlink()
+    stubs.fail["b"] = SolverFailed("stub")
+    with pytest.raises(SolverFailed):
+        stubs.go(out)
+    assert json.loads((out / "metrics.json").read_text()) == {"schema": 1, "a": {"value": 1}}
+
+
+def test_an_interrupted_stage_is_run_again_and_nothing_before_it(stubs, tmp_path):
+    out = tmp_path / "run"
+    stubs.fail["c"] = KeyboardInterrupt()
+    with pytest.raises(KeyboardInterrupt):
+        stubs.go(out)
+    assert manifest(out)["stages"].keys() == {"a", "b"}
+    stubs.fail.clear()
+    assert stubs.go(out) == ["c", "d"]
+
+
+def test_other_results_upstream_make_the_rest_run_again(stubs, tmp_path):
+    out = tmp_path / "run"
+    stubs.go(out)
+    (out / "b.txt").write_text("damaged")
+    stubs.salt["b"] = "new"
+    assert stubs.go(out) == ["b", "c", "d"]
+    assert (out / "c.txt").read_text() == "cbnewa"
+
+
+def test_a_file_that_vanished_is_made_again(stubs, tmp_path):
+    stubs.go(tmp_path / "run")
+    (tmp_path / "run" / "a.txt").unlink()
+    assert stubs.go(tmp_path / "run") == ["a"]  # it comes out the same, so that what was built on it stands
+    assert stubs.go(tmp_path / "run") == []
+
+
+def test_changed_sources_make_a_stage_run_again(stubs, tmp_path, monkeypatch):
+    source = tmp_path / "checkout" / "job.edp"
+    source.parent.mkdir()
+    source.write_text("one")
+    stubs.go(tmp_path / "run")
+    a = stubs.stages[0]
+    stubs.stages = (Stage(a.name, a.needs, ("job.edp",), a.owns, a.run), *stubs.stages[1:])
+    monkeypatch.setattr(pipeline.solvers, "repo_root", lambda: source.parent)
+    assert stubs.go(tmp_path / "run") == ["a"]
+    assert stubs.go(tmp_path / "run") == []
+    source.write_text("two")
+    assert stubs.go(tmp_path / "run") == ["a"]
+    source.write_text("three")
+    stubs.salt["a"] = "!"
+    assert stubs.go(tmp_path / "run") == ["a", "b", "c", "d"]
+
+
+def test_another_preset_is_another_run(stubs, tmp_path):
+    stubs.go(tmp_path / "run")
+    with pytest.raises(InputError, match="accuracy.preset: there \"balanced\", here \"fast\""):
+        stubs.go(tmp_path / "run", preset="fast")
+    assert stubs.ran == []
+
+
+def test_a_stage_of_an_existing_run(stubs, tmp_path):
+    out = tmp_path / "run"
+    stubs.go(out, only=["a"], preset="fast")
+    stubs.ran.clear()
+    pipeline.rerun(out, ["c"], lambda *told: None, stubs.stages)
+    assert stubs.ran == ["b", "c"]
+    (out / "scene.toml").write_text((out / "scene.toml").read_text().replace("60.0", "61.0"))
+    with pytest.raises(InputError, match="was changed after the run was made"):
+        pipeline.rerun(out, ["c"], lambda *told: None, stubs.stages)
+
+
+def test_default_directory_is_named_after_scene_and_inputs(stubs, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    stubs.go(None)
+    stubs.go(None, preset="fast")
+    names = sorted(p.name for p in Path("runs").iterdir())
+    assert len(names) == 2 and all(n.startswith("al2024-s390-") and len(n) == 12 + 8 for n in names)
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+def test_a_kill_leaves_no_solver_running_and_no_record_of_the_stage(tmp_path, number):
+    """A stage waits for a solver that would write ``alive`` after a second; peen is killed before that."""
+    program = tmp_path / "program.py"
+    program.write_text(
+        "import os, sys, time\nfrom pathlib import Path\nfrom glue import cli\nfrom glue.solvers import process\n"
+        "from glue.study import pipeline\nfrom glue.study.stage import Stage\n"
+        "def run(work):\n"
+        "    code = \"import time; print('up', flush=True); time.sleep(1); open('alive', 'w')\"\n"
+        "    process.run([sys.executable, '-c', code], cwd=work.path, log=work.path / 'log', env=os.environ,\n"
+        "                on_line=lambda line: print(line, flush=True))\n"
+        "    return {}, []\n"
+        "pipeline._default_stages = lambda: (Stage('flow', (), (), (), run),)\n"
+        "sys.exit(cli.main(['run', 'al2024-s390', '--out', 'run']))\n"
+    )
+    env = {**os.environ, "PYTHONPATH": str(repo_root())}
+    child = subprocess.Popen([sys.executable, program], cwd=tmp_path, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert child.stdout.readline() == b"up\n"
+    child.send_signal(number)
+    _, stderr = child.communicate(timeout=20)
+    assert child.returncode == {signal.SIGKILL: -9, signal.SIGTERM: 143, signal.SIGINT: 130}[number], stderr
+    import time
+
+    time.sleep(1.2)
+    assert not (tmp_path / "run" / "alive").exists()
+    assert manifest(tmp_path / "run")["stages"] == {}
+    assert not list((tmp_path / "run").rglob("*.part"))

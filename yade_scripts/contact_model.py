@@ -143,7 +143,7 @@ def measure_rebounds(shot: Solid, target: Solid, *, pair: str, en: float, speed_
     own = speed_m_s if pair == "target" else 0.5 * speed_m_s
     start, first, touch = [], [], []
     for i in range(phases):
-        gap = speed_m_s * dt_s * (3.0 + i / phases)  # first touch after 3 + i/phases steps
+        gap = speed_m_s * dt_s * (3.0 + (i + 0.5) / phases)  # never on a step, where rounding would decide
         x = 4.0 * diameter_m * i
         z = radius + gap if pair == "target" else 100.0 * diameter_m
         first.append(add_shot(steel, diameter_m, (x, 0.0, z), (0.0, 0.0, -own)))

@@ -51,3 +51,21 @@ def read_impacts(path: Path, *, allow_truncated: bool = False) -> tuple[np.ndarr
     Raises InputError with the reason (missing, other kind, other columns, truncated, damaged).
     """
     return read_table(path, TITLE, COLUMNS, allow_truncated=allow_truncated)
+
+
+def stream_numbers(impacts: np.ndarray, speed_m_s: float) -> dict:
+    """What the log says of the stream; ``speed_m_s`` is the nozzle's.
+
+    ``impacts`` their number; ``mean_normal_speed_m_s`` mean of |vz| over all impacts;
+    ``collided_fraction`` share of the shots' first impacts that came after a collision;
+    ``mean_normal_energy_fraction`` mean of vz^2 over the nozzle speed squared.  None without impacts.
+    """
+    numbers = {"impacts": len(impacts), "mean_normal_speed_m_s": None, "collided_fraction": None,
+               "mean_normal_energy_fraction": None}
+    if len(impacts):
+        first = np.unique(impacts["shot_id"], return_index=True)[1]  # the log is in order of time
+        normal = np.abs(impacts["vz_in_m_s"])
+        numbers["mean_normal_speed_m_s"] = float(normal.mean())
+        numbers["collided_fraction"] = float((impacts["collisions_before"][first] > 0).mean())
+        numbers["mean_normal_energy_fraction"] = float((normal**2).mean() / speed_m_s**2)
+    return numbers

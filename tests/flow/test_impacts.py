@@ -81,3 +81,15 @@ def test_unfinished_writer_leaves_only_a_part(log, tmp_path):
     assert not path.exists()
     rows, header = impacts.read_impacts(writer.part, allow_truncated=True)
     assert rows.tobytes() == log[:20].tobytes() and header["model"] == "dem"
+
+
+def test_numbers_of_the_stream():
+    rows = np.zeros(4, impacts.COLUMNS)
+    rows["shot_id"] = [3, 5, 3, 7]  # shot 3 strikes twice: its second impact is no first one
+    rows["collisions_before"] = [0, 2, 1, 0]
+    rows["vz_in_m_s"] = [-60.0, -30.0, -10.0, -60.0]
+    got = impacts.stream_numbers(rows, 60.0)
+    assert got["impacts"] == 4 and got["mean_normal_speed_m_s"] == 40.0
+    assert got["collided_fraction"] == pytest.approx(1 / 3)
+    assert got["mean_normal_energy_fraction"] == pytest.approx((1 + 0.25 + 1 / 36 + 1) / 4)
+    assert impacts.stream_numbers(rows[:0], 60.0)["collided_fraction"] is None

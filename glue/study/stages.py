@@ -114,9 +114,11 @@ def target_stage(work: Work) -> tuple[dict, list[str]]:
     metrics = {
         "target": {"model": work.scene.models.target.model, "impacts": cell.impacts, "dofs": cell.dofs, "wall_s": cell.wall_s},
         "residual_stress": stress,
-        "coverage": {"peeq_final": cell.coverage_peeq},
+        "coverage": {
+            "peeq_final": cell.coverage_peeq, "peeq_threshold": cell.edge_threshold, "peeq_027_final": cell.coverage_peeq_027,
+        },
     }
-    return {section: plain(values) for section, values in metrics.items()}, ["stress_profile.csv"]
+    return {section: plain(values) for section, values in metrics.items()}, ["stress_profile.csv", "target/driver.edp"]
 
 
 def surface_stage(work: Work) -> tuple[dict, list[str]]:

@@ -1,0 +1,64 @@
+"""Results shared by all runs, kept under the content hash of what went into them."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from glue.errors import InputError
+from glue.solvers import repo_root
+
+
+def cache_root() -> Path:
+    """``$PEEN_CACHE``, else ``peen`` in the user's cache folder."""
+    wanted = os.environ.get("PEEN_CACHE")
+    return Path(wanted) if wanted else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "peen"
+
+
+def content_key(inputs: dict, sources: tuple[str, ...]) -> str:
+    """Hash of ``inputs`` (JSON-able) and of the files of the checkout that match ``sources`` (globs)."""
+    digest = hashlib.sha256(json.dumps(inputs, sort_keys=True).encode())
+    root = repo_root()
+    for path in sorted({p for pattern in sources for p in root.glob(pattern)}):
+        digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()[:20]
+
+
+def cached_folder(kind: str, key: str, make: Callable[[Path], None]) -> tuple[Path, bool]:
+    """Folder ``<cache>/<kind>/<key>``, made by ``make(empty folder)`` when missing; and whether it was there.
+
+    The folder appears under its name only when ``make`` has returned, so one that exists is complete; what a
+    failed ``make`` left stays beside it as ``<key>-failed`` for its log.  Raises InputError when the cache is not writable.
+    """
+    final = cache_root() / kind / key
+    if final.is_dir():
+        return final, True
+    try:
+        final.parent.mkdir(parents=True, exist_ok=True)
+        scratch = Path(tempfile.mkdtemp(prefix=f"{key}-", suffix=".part", dir=final.parent))
+    except OSError as problem:
+        raise InputError(f"the cache folder {final.parent} cannot be written ({problem}); set PEEN_CACHE") from None
+    try:
+        make(scratch)
+    except KeyboardInterrupt:
+        shutil.rmtree(scratch, ignore_errors=True)
+        raise
+    except Exception as problem:
+        failed = final.with_name(f"{key}-failed")
+        shutil.rmtree(failed, ignore_errors=True)
+        scratch.rename(failed)
+        if getattr(problem, "log", None):  # the error names the log: let it name the place where it now is
+            problem.args = (str(problem).replace(str(scratch), str(failed)),)
+        raise
+    try:
+        scratch.rename(final)
+    except OSError:
+        if not final.is_dir():  # else another process made the same meanwhile
+            raise
+        shutil.rmtree(scratch, ignore_errors=True)
+    return final, False

@@ -1,0 +1,149 @@
+"""One impact in units of the shot: runs ``freefem/single_impact.edp``, reads it back, caches it.
+
+Units: length R (shot radius), stress MPa, speed m/s, density 1e6 kg/m3, time R/(1 m/s), force MPa R^2.
+Without a rate term nothing else depends on R, so one result serves every shot diameter.
+"""
+
+from __future__ import annotations
+
+import math
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from glue.atomic import atomic_path
+from glue.errors import NotConverged
+from glue.scene.model import CombinedHardening, JohnsonCook, Material
+from glue.solvers import run_freefem
+from glue.target.cache import cached_folder, content_key
+from glue.target.driver import Parameter, kernel_flavour, law_table, write_driver
+from glue.target.progress import relay
+from glue.target.tables import read_table
+from glue.theory.impact_scale import REPRESENTATIVE_STRAIN, expected_impact
+
+ENERGY_ERROR_LIMIT = 0.005  # of the shot's kinetic energy, at any step
+UNBALANCED_LIMIT = 1e-3  # residual forces of the unloaded target over those before
+_SOURCES = ("freefem/single_impact.edp", "freefem/lib/*axisym*.idp", "freefem/plugin/*", "glue/target/reduced_impact.py")
+
+# Numerics that no preset changes; each was varied and does not move the results (make checks prints it).
+_DOMAIN_R = 10.0  # block of 10 R, at least 20 dimple radii
+_DOMAIN_RADII = 20.0
+_GROWTH = 0.3  # element size per unit of distance from the contact
+_STEPS_PER_CONTACT = 90.0
+_PENALTY = 5.0  # contact stiffness over E/h
+_TOE = 0.005  # width of the contact's smooth toe over h
+_NEWTON = 1e-5
+
+
+@dataclass(frozen=True)
+class ReducedImpact:
+    """One solved impact; arrays in the units of the module."""
+
+    restitution: float
+    peak_force: float
+    duration: float
+    energy_error: float  # worst |kinetic + internal + contact - initial| over the initial kinetic energy
+    failures: int  # time steps that had to be halved
+    dofs: int
+    wall_s: float
+    surface_r: np.ndarray  # (n,) deformed radius of the surface's nodes, rising
+    surface_z: np.ndarray  # (n,) their height, dent negative
+    points: dict[str, np.ndarray]  # (m,) each: r, z undeformed, u_r, u_z, volume, s_rr, s_zz, s_tt, s_rz, peeq
+    triangles: np.ndarray  # (k, 3, 2) deformed corners; three points each, in order
+    log: Path
+
+
+def solve_reduced(
+    material: Material,
+    law: JohnsonCook | CombinedHardening,
+    *,
+    speed_m_s: float,
+    density_kg_m3: float,
+    elements_per_radius: int,
+    domain_scale: float = 1.0,
+    growth: float = _GROWTH,
+    progress: Callable[[float, str], None] | None = None,
+) -> ReducedImpact:
+    """Solve (or fetch from the cache) the normal impact of a rigid sphere at ``speed_m_s``.
+
+    elements_per_radius: expected dimple radius over surface element size.  Raises SolverFailed, NotConverged.
+    """
+    parameters = _parameters(material, law, speed_m_s, density_kg_m3, elements_per_radius, domain_scale, growth)
+    flavour = kernel_flavour()
+    inputs = {"parameters": [p.line() for p in parameters], "kernel": flavour}
+    text = write_driver(
+        f"One impact on {material.key}: {speed_m_s:g} m/s, a/h = {elements_per_radius}",
+        [Parameter("string", "outDir", ".", "folder of the results"),
+         Parameter("string", "statusFile", "status", "written last"), *parameters],
+        [f"points_axisym_{flavour}.idp", "single_impact.edp"],
+    )  # fmt: skip
+
+    def make(folder: Path) -> None:
+        (folder / "driver.edp").write_text(text)
+        run_freefem(folder / "driver.edp", cwd=folder, log=folder / "freefem.log", status=folder / "status",
+                    on_line=relay(progress))  # fmt: skip
+        _check(folder)
+
+    folder, _ = cached_folder("impact", content_key(inputs, _SOURCES), make)
+    return _read(folder)
+
+
+def copy_record(result: ReducedImpact, workdir: Path, name: str) -> None:
+    """Put the driver and the log that made ``result`` into ``workdir`` as ``name.edp`` and ``name.log``."""
+    workdir.mkdir(parents=True, exist_ok=True)
+    for source, suffix in ((result.log.with_name("driver.edp"), ".edp"), (result.log, ".log")):
+        with atomic_path(workdir / (name + suffix)) as part:
+            shutil.copyfile(source, part)
+
+
+def _parameters(material, law, speed, density_kg_m3, elements_per_radius, domain_scale, growth) -> list[Parameter]:
+    table = law_table(material.E_Pa, material.nu, law)
+    density = density_kg_m3 * 1e-6
+    flow_stress = law.flow_stress_Pa(REPRESENTATIVE_STRAIN) * 1e-6
+    scale = expected_impact(table[0], table[1], flow_stress, density, speed)
+    return [
+        Parameter("real[int]", "law", table, "E nu | A B n | Q b | X1 g1 X2 g2, stresses in MPa"),
+        Parameter("real", "shotDensity", density, "1e6 kg/m3"),
+        Parameter("real", "speed", float(speed), "m/s, normal"),
+        Parameter("real", "expectedRadius", scale.radius, "estimate of the dimple radius, R: sets the mesh"),
+        Parameter("real", "expectedDuration", scale.duration, "estimate of the contact time, R/(1 m/s): sets the step"),
+        Parameter("real", "elementsPerRadius", float(elements_per_radius), "expected dimple radius over element size"),
+        Parameter("real", "meshGrowth", growth, "element size per distance beyond the contact"),
+        Parameter("real", "domainSize", max(_DOMAIN_R, _DOMAIN_RADII * scale.radius) * domain_scale, "R"),
+        Parameter("real", "stepsPerContact", _STEPS_PER_CONTACT, "time steps per contact time"),
+        Parameter("real", "penaltyFactor", _PENALTY, "contact stiffness over E/h"),
+        Parameter("real", "toeFraction", _TOE, "width of the contact's smooth toe over h"),
+        Parameter("real", "newtonTolerance", _NEWTON, "residual over forces"),
+        # 1e-5 of the force at the expected penetration: what counts as no force at all.
+        Parameter("real", "forceFloor", 1e-5 * 6 * math.pi * flow_stress * scale.penetration, "MPa R2"),
+    ]
+
+
+def _check(folder: Path) -> None:
+    """Refuse a result whose energy or forces do not balance (NotConverged)."""
+    result = read_table(folder / "result.csv")
+    problems = []
+    if not result["energy_error"][0] <= ENERGY_ERROR_LIMIT:
+        problems.append(f"energy balance off by {result['energy_error'][0]:.2%} (limit {ENERGY_ERROR_LIMIT:.1%})")
+    if not result["unbalanced"][0] <= UNBALANCED_LIMIT:
+        problems.append(f"unloaded target out of balance by {result['unbalanced'][0]:.1e} (limit {UNBALANCED_LIMIT:g})")
+    if problems:
+        raise NotConverged("the single impact is not to be trusted", cause="; ".join(problems),
+                           log=folder / "freefem.log", advice="a finer preset (--accuracy reference)")  # fmt: skip
+
+
+def _read(folder: Path) -> ReducedImpact:
+    result = {k: v[0] for k, v in read_table(folder / "result.csv").items()}
+    surface = read_table(folder / "surface.csv")
+    order = np.argsort(surface["r"])
+    corners = np.column_stack(list(read_table(folder / "mesh.csv").values()))
+    return ReducedImpact(
+        restitution=float(result["restitution"]), peak_force=float(result["peak_force"]),
+        duration=float(result["duration"]), energy_error=float(result["energy_error"]),
+        failures=int(result["failures"]), dofs=int(result["dofs"]), wall_s=float(result["wall_s"]),
+        surface_r=(surface["r"] + surface["u_r"])[order], surface_z=surface["u_z"][order],
+        points=read_table(folder / "points.csv"), triangles=corners.reshape(-1, 3, 2), log=folder / "freefem.log",
+    )  # fmt: skip

@@ -32,9 +32,9 @@ import numpy as np
 
 from glue.errors import InputError
 
-# Depth, in dimple radii, over which the work is spread in (3): fitted to the growth in the tests (Sa changes by
-# 6 % between 1 and 2).  At 2, p_1 = .182 for the reference impact, and the mean equivalent plastic strain that
-# its finite-element solution has over that volume is .180.
+# Depth, in dimple radii, over which the work is spread in (3): fitted to the growth in the tests (Sa changes
+# by 6 % between 1 and 2).  At 2, p_1 = .182 for the reference impact; the mean equivalent plastic strain of
+# its finite-element solution over that volume is .180.
 WORK_DEPTH = 2.0
 CAP_REACH = 1.6  # the cap is followed to this many dimple radii: a ridge may meet it outside the disc
 PILE_REACH = 3.0  # the pile-up is cut off at this many dimple radii, shifted to be zero there
@@ -163,7 +163,9 @@ def _press(z, dx, dy, gx, gy, across, size, cap_radius, volume, radius, pile, ra
                     touched += count[row, col]
                     under += 1
                     count[row, col] += 1
-        hardening = _at(ratio, touched / max(under, 1))
+        if under == 0:  # smaller than the grid sees: a grazing shot
+            continue
+        hardening = _at(ratio, touched / under)
         heights = across[i] ** 2 / size[i] * hardening
         target = volume * across[i] ** 2 * heights
         tip = _sink(z, cap, row0, row1, col0, col1, lowest, target / (dx * dy))

@@ -12,7 +12,7 @@ IMPACT_COLUMNS = ("x_m", "y_m", "time_s", "vx_in_m_s", "vy_in_m_s", "vz_in_m_s",
 
 @pytest.fixture(scope="session")
 def dimple():
-    """A sphere's cap 52.4 um deep that meets z = 0 at 227 um, with the solved dimple's pile-up (within 1 um)."""
+    """A cap 52.4 um deep that meets z = 0 at 227 um, with the solved dimple's pile-up (within 1 um)."""
     a, depth, crest = 227e-6, 52.4e-6, 8.2e-6
     sphere = (a**2 + depth**2) / (2 * depth)
     r = np.linspace(0.0, 5 * a, 2001)

@@ -140,6 +140,13 @@ def test_time_to_a_level():
     assert coverage.time_to([], []) is None
 
 
+def test_a_dimple_without_size_covers_nothing():
+    got = coverage.coverage_history([0.0, 0.1e-3], [0.0, 0.0], [0.0, 1.0], [0.0, RADIUS], [0.0, RADIUS], [0.0, 0.0],
+                                    (1e-3, 1e-3), 5e-6)  # fmt: skip
+    assert got.coverage[0] == 0.0
+    assert got.coverage[1] == pytest.approx(math.pi * RADIUS**2 / 1e-6, rel=5e-3)
+
+
 def test_no_impacts_is_no_coverage():
     got = coverage.coverage_curve([], [], [], [], [], [], (1e-3, 1e-3), None, [0.0, 1.0])
     assert list(got) == [0.0, 0.0]

@@ -108,6 +108,10 @@ def test_impacts_outside_the_window_reach_in_and_order_is_time(dimple, make_impa
     assert np.array_equal(swapped, z_small)
 
 
+def test_grazing_shot_below_the_grid_leaves_nothing(dimple, make_impacts):
+    assert not press(make_impacts([1e-6], [1e-6], speed_m_s=1e-6), dimple)[2].any()
+
+
 def test_untouched_surface_is_flat(dimple, make_impacts):
     assert not press(make_impacts([], []), dimple)[2].any()
     assert not press(make_impacts([9e-3], [0.0]), dimple)[2].any()
@@ -117,8 +121,8 @@ def test_growth_as_in_sequential_finite_element_cells(dimple, make_impacts):
     """Sa, Sz, Ssk after 5, 18, 58 impacts in a periodic 1.6 mm cell (coverage 28, 69, 98 %).
 
     Reference: finite-element cells under energy-controlled spheres one after another, Johnson-Cook 369 + 684
-    p^.73 MPa, mean of 3 draws.  Single draws scatter by 5-9 % in Sa and Sz and .15-.2 in Ssk, so the reference
-    is good to 3-5 % and .1, one standard error: limits 10 % and .25.  Here the mean of 60 draws.
+    p^.73 MPa, mean of 3 draws.  Single draws scatter by 5-9 % in Sa and Sz and .15-.2 in Ssk, so one
+    standard error of the reference is 3-5 % and .1: limits 10 % and .25.  Here the mean of 60 draws.
     Nothing but WORK_DEPTH is fitted: it moves the last row's Sa by 6 % between 1 and 2 radii.
     """
     reference = [(5, 12.7e-6, 80e-6, -1.4), (18, 20.8e-6, 107e-6, 0.0), (58, 17.6e-6, 128e-6, 0.4)]

@@ -184,7 +184,7 @@ class Progress:
         parts = [f"{stage:<9}"]
         if fraction is not None and 0.0 < fraction < 1.0:
             left_s = (now - self._start) / fraction * (1.0 - fraction)
-            parts.append(f"{100 * fraction:3.0f} %, {left_s:.0f} s left")
+            parts.append(f"{100 * fraction:3.0f} %" if "left" in text else f"{100 * fraction:3.0f} %, {left_s:.0f} s left")
         if text:
             parts.append(text)
         if last and now - self._start > 0.05:

@@ -83,7 +83,7 @@ def _run(argv, name: str, *, cwd, log, timeout_s=None, on_line=None) -> process.
         "OPENBLAS_NUM_THREADS": "1",
     }
     try:
-        return process.run(argv, cwd=cwd, log=log, env=env, timeout_s=timeout_s, on_line=on_line)
+        return process.run(argv, cwd=cwd, log=log, env=env, timeout_s=timeout_s, on_line=on_line, line_buffered=True)
     except process.TimedOut:
         raise _failed(name, log, f"not finished after {timeout_s:g} s", "a coarser preset (--accuracy fast)") from None
     except OSError as problem:

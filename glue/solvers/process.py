@@ -53,8 +53,11 @@ def run(
     env: Mapping[str, str],
     timeout_s: float | None = None,
     on_line: Callable[[str], None] | None = None,
+    line_buffered: bool = False,
 ) -> Finished:
     """Run ``argv`` to its end, standard input closed, output (both streams, as it comes) in ``log``.
+
+    ``line_buffered`` makes a program that holds its output back in a pipe (FreeFem++ does) give it line by line.
 
     The log's first line is the command as one would type it, with the variables in ``env`` that
     differ from this process's. ``on_line`` gets every complete line without its end.
@@ -69,7 +72,7 @@ def run(
         log_file.write(_as_typed(argv, cwd, env).encode() + b"\n")
         log_file.flush()
         child = subprocess.Popen(
-            _dies_with_parent(argv), cwd=cwd, env=dict(env), stdin=subprocess.DEVNULL,
+            _wrapped(argv, line_buffered), cwd=cwd, env=dict(env), stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True,
         )  # fmt: skip
         try:
@@ -93,12 +96,16 @@ def _as_typed(argv, cwd, env) -> str:
     return f"$ cd {shlex.quote(str(cwd))} && {' '.join([*changed, shlex.join(argv)])}"
 
 
-def _dies_with_parent(argv: list[str]) -> list[str]:
-    """Have the kernel kill the child when we are killed ourselves (SIGKILL leaves no time to do it)."""
-    setpriv = shutil.which("setpriv")
-    if setpriv is None or shutil.which(argv[0]) is None:  # a missing program must raise here, not in setpriv
+def _wrapped(argv: list[str], line_buffered: bool) -> list[str]:
+    """``argv`` behind two of Debian's essential tools, each of which becomes the program it starts."""
+    if shutil.which(argv[0]) is None:  # a missing program must raise here, not in a tool
         return argv
-    return [setpriv, "--pdeathsig", "KILL", "--", *argv]
+    tools = []
+    if shutil.which("setpriv"):  # the kernel kills the child if we are killed: SIGKILL leaves us no time to
+        tools += ["setpriv", "--pdeathsig", "KILL", "--"]
+    if line_buffered and shutil.which("stdbuf"):
+        tools += ["stdbuf", "-oL"]
+    return tools + argv
 
 
 def _pump(child, log_file, on_line, deadline) -> None:

@@ -127,12 +127,18 @@ def _run_stages(folder: RunDirectory, scene: Scene, wanted, stages, progress: Pr
             progress(stage.name, 1.0, "up to date")
             continue
         folder.begin(stage.name, [s.name for s in _builds_on(stage, stages)], stage.owns)
-        work = Work(scene, folder.path, folder.scene_file, lambda f, text="": progress(stage.name, f, text), done)  # noqa: B023
+        work = Work(scene, folder.path, folder.scene_file, _teller(progress, stage.name), done)
+        progress(stage.name, 0.0, "starts")
         _run_one(folder, stage, work, {"input_sha256": input_hash, "inputs": inputs, "versions": versions})
+        progress(stage.name, 1.0, "done")
+
+
+def _teller(progress: Progress, name: str) -> Callable[[float | None, str], None]:
+    """Progress of one stage; only its end, with the record written, counts as all done."""
+    return lambda fraction, text="": progress(name, None if fraction is None else min(fraction, 0.999), text)
 
 
 def _run_one(folder: RunDirectory, stage: Stage, work: Work, record: dict[str, Any]) -> None:
-    work.progress(0.0, "starts")
     start = time.monotonic()
     with solvers.watch() as ended, _PeakMemory() as own:
 
@@ -152,7 +158,6 @@ def _run_one(folder: RunDirectory, stage: Stage, work: Work, record: dict[str, A
             problem.add_note(f"stage {stage.name} of the run in {folder.path}; the same command continues there once mended")
             raise
         folder.finish(stage.name, {**record, **cost(), "exit_code": 0, "metrics": metrics}, outputs)
-    work.progress(1.0, "done")
 
 
 def _code(stage: Stage) -> dict[str, str]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import pytest
 
 from glue.errors import SolverFailed
@@ -36,6 +38,15 @@ def test_singular_matrix_is_refused_although_freefem_ends_with_0(tmp_path):
     with pytest.raises(SolverFailed, match="singular matrix"):
         freefem(tmp_path, 'load "UMFPACK64"\n' "matrix B = [[0, 0], [0, 1]]; set(B, solver = UMFPACK);\n"
                           "real[int] r(2), q(2); r = 1; q = B^-1*r; cout << q << endl;\n" + DONE)  # fmt: skip
+
+
+def test_lines_come_as_they_are_printed(tmp_path):
+    """FreeFem++ alone gives a pipe all its output at the end: then no progress could be shown."""
+    (tmp_path / "job.edp").write_text('cout << "first" << endl;\nexec("sleep 0.5");\ncout << "second" << endl;\n' + DONE)
+    when = {}
+    run_freefem(tmp_path / "job.edp", cwd=tmp_path, log=tmp_path / "log", status=tmp_path / "status",
+                on_line=lambda line: when.setdefault(line, time.monotonic()))  # fmt: skip
+    assert when["second"] - when["first"] > 0.4
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,118 @@
+"""What the command prints where, and its exit codes; the solvers are stubs."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from glue import cli
+from glue.errors import NotConverged, SolverFailed
+from glue.study import pipeline
+from glue.study.stage import Stage
+
+
+@pytest.fixture
+def stages(monkeypatch):
+    """stages(error=None): one stub stage ``flow`` in place of the real ones."""
+
+    def make(error=None):
+        def run(work):
+            if error:
+                raise error
+            work.progress(0.5, "half way")
+            return {"flow": {"impacts": 7}}, []
+
+        monkeypatch.setattr(pipeline, "_default_stages", lambda: (Stage("flow", (), (), (), run),))
+
+    return make
+
+
+def test_run_prints_the_summary_and_tells_progress_on_stderr(stages, tmp_path, capsys):
+    stages()
+    assert cli.main(["run", "al2024-s390", "--out", str(tmp_path / "run")]) == 0
+    said = capsys.readouterr()
+    assert "impacts on the target             7" in said.out
+    assert "half way" not in said.out and "flow       starts" in said.err and "done" in said.err
+
+
+def test_json_is_all_of_stdout(stages, tmp_path, capsys):
+    stages()
+    assert cli.main(["run", "al2024-s390", "--json", "--out", str(tmp_path / "run")]) == 0
+    assert json.loads(capsys.readouterr().out) == {"schema": 1, "flow": {"impacts": 7}}
+    assert cli.main(["flow", str(tmp_path / "run"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"schema": 1, "flow": {"impacts": 7}}
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [(SolverFailed("YADE failed", cause="a stub", advice="more care"), 3), (NotConverged("too coarse"), 4), (KeyboardInterrupt(), 130)],
+)
+def test_exit_code_tells_what_failed(stages, tmp_path, capsys, error, code):
+    stages(error)
+    assert cli.main(["run", "al2024-s390", "--out", str(tmp_path / "run")]) == code
+    said = capsys.readouterr()
+    assert said.out == ""
+    if code != 130:
+        assert str(error) in said.err and str(tmp_path / "run") in said.err
+
+
+@pytest.mark.parametrize(
+    ("argv", "says"),
+    [
+        (["run", "nonesuch"], "no such scene file, nor a shipped example (al2024-s110, "),
+        (["check", "nonesuch.toml"], "no such scene file"),
+        (["check", "al2024-s390", "--accuracy", "bset"], "accuracy"),
+        (["run", "al2024-s390", "--only", "flo"], "no stage flo"),
+        (["report", "nonesuch"], "no run directory"),
+        (["dimple", "--material", "al2024-t351", "--speed", "nan"], "1..300 m/s"),
+        (["dimple", "--material", "al2024-t351", "--speed", "60", "--diameter", "1"], "metres, not millimetres"),
+        (["dimple", "--material", "cheese", "--speed", "60"], "cheese"),
+    ],
+)
+def test_bad_input_is_exit_2_before_any_solver_starts(monkeypatch, tmp_path, capsys, argv, says):
+    monkeypatch.setenv("PEEN_YADE", str(tmp_path / "none"))
+    monkeypatch.setenv("PEEN_FREEFEM", str(tmp_path / "none"))
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(argv) == 2
+    said = capsys.readouterr()
+    assert says in said.err and said.out == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_unwritable_run_directory_is_exit_2(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert cli.main(["run", "al2024-s390", "--out", str(tmp_path / "file" / "run")]) == 2
+    assert "cannot write the run directory" in capsys.readouterr().err
+
+
+def test_every_problem_of_a_scene_is_told_at_once(tmp_path, capsys):
+    scene = tmp_path / "bad.toml"
+    scene.write_text("schema = 1\nname = 'x'\nseed = -1\nexposure_tme_s = 3.0\n[nozzle]\nspeed_m_s = nan\n")
+    assert cli.main(["check", str(scene)]) == 2
+    said = capsys.readouterr().err
+    for key in ("seed", "exposure_tme_s", "speed_m_s", "[shots]"):
+        assert key in said
+
+
+def test_check_tells_numbers_choices_and_defaults(capsys):
+    assert cli.main(["check", "al2024-s390"]) == 0
+    said = capsys.readouterr().out
+    # 0.01667 kg/s over a 1 mm sphere of 7800 kg/m3 (4.084e-6 kg) for 3 s
+    assert "12245 expected (4082 per second)" in said
+    assert "dem" in said and "cell" in said and "Defaults used" in said
+    assert cli.main(["check", "al2024-s390", "--json", "--accuracy", "fast"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["accuracy"]["preset"] == "fast"
+    assert found["collision_number"]["pi"] == pytest.approx(
+        6 * 0.01667 * 0.1 * 1.34 / (7800 * 1e-3 * 3.141592653589793 / 4 * 0.02**2 * 60 * 0.34), rel=1e-12
+    )
+
+
+def test_the_module_is_the_command():
+    done = subprocess.run([sys.executable, "-m", "glue", "--help"], capture_output=True, text=True)
+    assert done.returncode == 0 and "examples:" in done.stdout and "exit codes:" in done.stdout
+    wrong = subprocess.run([sys.executable, "-m", "glue", "paint"], capture_output=True, text=True)
+    assert wrong.returncode == 2 and wrong.stdout == ""

@@ -20,13 +20,12 @@ MAX_OVERLAP = 0.3  # of the radius; beyond, the contact law means nothing
 
 
 class Plan(NamedTuple):
-    """What a run needs to know: solids, laws, step, polling."""
+    """What a run needs to know: solids, laws, step."""
 
     shot: Solid
     target: Solid
     dt_s: float
     dt_over_P: float
-    poll_every: int
     shot_target: Calibration
     shot_shot: Calibration
     laws: tuple[Law, Law]  # shot-target, shot-shot
@@ -75,7 +74,7 @@ def plan_run(scene, restitution: float, dt_over_P: float, *, guarded: bool = Tru
     else:
         on_target, on_shot = (Calibration(wanted[p], wanted[p], *[math.nan] * 3) for p in ("target", "shot"))
     laws = (Law(on_target.en, scene.friction.shot_target), Law(on_shot.en, scene.friction.shot_shot))
-    return Plan(shot, target, dt, dt_over_P, max(1, int(shortest / 3.0)), on_target, on_shot, laws)
+    return Plan(shot, target, dt, dt_over_P, on_target, on_shot, laws)
 
 
 class Row(NamedTuple):

@@ -7,20 +7,23 @@ loop over ``O.step()`` and not from a ``PyRunner`` because that was measured: a 
 
 How a contact is seen.  Between contacts a shot flies straight at constant velocity, so its state at
 the end of its last contact (or at the nozzle) *is* its state just before the next one, bit for bit,
-and first touch and separation follow from it exactly below the step.  The number of real contacts
-is polled every ``poll_every`` steps, at most a third of the shortest contact, so that none goes
-unseen; as long as any contact is open every step is looked at, and the peak force is the largest of
-|normalForce - normalViscous| over all those steps.
+and first touch and separation follow from it exactly below the step.  The number of real contacts is
+asked after every step (.1 us): two shots that graze may touch for a single one.  While any is open,
+the peak force is the largest of |normalForce - normalViscous| over all its steps.
+
+``leap`` crosses free flight in one large step.  The next contact is foreseen exactly (``forecast.py``);
+up to two steps before it nothing but x + v t can happen, which a step of any length gives to rounding.
+Leaps are whole numbers of ``dt``, so every contact meets the same sub-step phase as without them.
 """
 
 from __future__ import annotations
 
 import math
-from itertools import repeat
 
 from yade import O
 
 from contact_model import total_force_N
+from forecast import Forecast
 
 WALL = 0  # body id of the target plane
 ENERGY_TOLERANCE = 0.01  # kinetic energy that a contact may gain; elastic ones at dt = 1.0 P scatter by .3 %
@@ -34,7 +37,7 @@ class Flying:
     """One shot on its way: who it is, and its state at the end of its last contact (``t, pos, vel, spin``)."""
 
     __slots__ = ("arrival", "body", "shot_id", "radius", "mass", "t", "pos", "vel", "spin", "collisions",
-                 "impacts", "open", "before")
+                 "impacts", "open", "before", "flight")
 
     def __init__(self, arrival, body: int, mass: float):
         self.arrival = arrival  # a row of the arrivals (glue.flow.arrivals.COLUMNS)
@@ -49,6 +52,7 @@ class Flying:
         self.collisions = 0  # with other shots
         self.impacts = 0
         self.open = 0  # contacts open now; the state above is old while there are any
+        self.flight = 0  # counts the changes of flight
         self.before = None  # while contacts are open: (vel, spin) at the step before this one
 
     def at(self, now: float) -> tuple[float, float, float]:
@@ -76,16 +80,19 @@ class Contact:
 class ImpactLogger:
     """Runs the simulation step by step and hands impact rows to ``emit`` in order of first touch.
 
-    ``live`` maps body id to ``Flying``; the caller adds and removes shots between calls of ``advance``.
-    ``clock`` turns ``O.iter`` into time [s]: a product, because summing 3e7 steps loses nanoseconds.
+    ``live`` maps body id to ``Flying``; shots come and go by ``add`` and ``remove`` between calls of
+    ``advance``.  Time [s] is ``step`` times ``dt_s``: a product, because the sum
+    of 3e7 steps loses nanoseconds.
     """
 
-    def __init__(self, emit, *, clock, poll_every: int, speed_limit_m_s: float):
+    def __init__(self, emit, *, dt_s: float, speed_limit_m_s: float, leap: bool = False):
         self.live: dict[int, Flying] = {}
         self.emit = emit
-        self.clock = clock
-        self.poll_every = poll_every
+        self.dt = dt_s
+        self.step = 0  # the caller may set it, before the first shot, to start before time 0
+        self.executed = 0  # steps that YADE made; a leap is one
         self.speed_limit = speed_limit_m_s
+        self.forecast = Forecast() if leap else None
         self.open: dict[tuple[int, int], Contact] = {}
         self.waiting: list[tuple] = []  # finished rows that an older contact, still open, must precede
         self.collisions = 0  # shot on shot, each counted once
@@ -95,27 +102,60 @@ class ImpactLogger:
         self._touched: dict[int, tuple] = {}  # since the last moment without contact: body -> (shot, energy, momentum)
         self._target_touched = False
 
+    def clock(self) -> float:
+        return self.step * self.dt
+
+    def add(self, shot: Flying) -> None:
+        """``shot`` flies from now on."""
+        self.live[shot.body] = shot
+        if self.forecast:
+            self.forecast.renew(shot, self.live.values(), self.clock())
+
+    def remove(self, shot: Flying) -> None:
+        """``shot``, which is in no contact, leaves the simulation."""
+        del self.live[shot.body]
+        shot.flight += 1  # voids what was foreseen of it
+
     def advance(self, steps: int) -> None:
-        """Make ``steps`` steps. Raises FlowFailed as soon as a contact gives what no contact can."""
-        step, contacts = O.step, O.interactions.countReal
-        while steps > 0:
-            stride = 1 if self.open else min(self.poll_every, steps)
-            for _ in repeat(None, stride):
-                step()
-            steps -= stride
+        """Go on by ``steps`` time steps. Raises FlowFailed as soon as a contact gives what no contact can."""
+        step, contacts, end = O.step, O.interactions.countReal, self.step + steps
+        while self.step < end:
+            if self.forecast and not self.open and self._leap(end):
+                continue
+            step()
+            self.step += 1
+            self.executed += 1
             if self.open or contacts():
                 self._look(contacts())
 
+    def _leap(self, end: int) -> bool:
+        """Cross free flight towards step ``end`` in one step, if there are at least two to save."""
+        # a contact foreseen three steps ago and not there now was a graze between two steps
+        foreseen = self.forecast.next((self.step - 3) * self.dt) / self.dt
+        steps = int(min(end, foreseen - 2.0)) - self.step
+        if steps < 2:
+            return False
+        O.dt = steps * self.dt
+        O.step()
+        O.dt = self.dt
+        self.step += steps
+        self.executed += 1
+        return True
+
     def _look(self, count: int) -> None:
-        """Compare the open contacts with YADE's, one step or one poll after the last look."""
+        """Compare the open contacts with YADE's after a step."""
         now = self.clock()
         if count != len(self.open) or not all(c.interaction.isReal for c in self.open.values()):
             real = {tuple(sorted((i.id1, i.id2))): i for i in O.interactions if i.isReal}
-            for key in [k for k, c in self.open.items() if not c.interaction.isReal]:
-                self._end(self.open.pop(key), now)
-            # targets first: a collision found in the same poll has had no time to change the velocity
+            ended = [self.open.pop(k) for k, c in list(self.open.items()) if not c.interaction.isReal]
+            for contact in ended:
+                self._end(contact, now)
+            # targets first: a collision that begins in the same step has had no time to change the velocity
             for key in sorted(real.keys() - self.open.keys()):
                 self.open[key] = self._begin(key, real[key], now)
+            if self.forecast:
+                for shot in dict.fromkeys(s for c in ended for s in c.shots if not s.open):
+                    self.forecast.renew(shot, self.live.values(), now)
             if not self.open:
                 self._balance()
             if self.waiting:
@@ -187,7 +227,7 @@ class ImpactLogger:
     def _release(self, now: float) -> None:
         """Emit the rows that no impact still open or undiscovered can precede."""
         # a step finds contacts at the positions it starts from: one that begins during it is seen a step later
-        safe = min([now - 2.0 * O.dt] + [c.begin for c in self.open.values() if c.on_target])
+        safe = min([now - 2.0 * self.dt] + [c.begin for c in self.open.values() if c.on_target])
         ready = sorted((r for r in self.waiting if r[1] < safe), key=lambda r: (r[1], r[0]))
         if ready:
             self.waiting = [r for r in self.waiting if not r[1] < safe]

@@ -40,7 +40,7 @@ class Stream:
 
     def __init__(self, scene, arrivals: np.ndarray, logger: ImpactLogger, material: int, dt_s: float,
                  jet_margin_radii: float = JET_MARGIN_RADII):
-        self.arrivals, self.logger, self.material, self.dt = arrivals, logger, material, dt_s
+        self.arrivals, self.logger, self.material = arrivals, logger, material
         nozzle = scene.nozzle
         self.direction = nozzle.direction
         self.stand_off = nozzle.stand_off_m
@@ -55,29 +55,21 @@ class Stream:
         diameters = arrivals["diameter_m"]
         lead_s = INLET_DIAMETERS * diameters.max(initial=0.0) / nozzle.speed_m_s
         # step on which each shot is placed: the first whose time is not before it enters the simulation
-        self.lead_steps = math.ceil(lead_s / dt_s)
-        self.first_iter = O.iter
         self.steps = np.ceil((arrivals["time_s"] - lead_s) / dt_s).astype(np.int64)
-
-    def clock(self) -> float:
-        """Time [s], 0 when the nozzle opens; starts a little before, for the shots to reach the exit plane."""
-        return self.step() * self.dt
-
-    def step(self) -> int:
-        return O.iter - self.first_iter - self.lead_steps
+        self.first_step = logger.step = -math.ceil(lead_s / dt_s)  # time is 0 when the first shot could cross the exit plane
 
     def steps_to_next(self) -> int | None:
         """Steps until the next shot enters, None when all have."""
-        return int(self.steps[self.next]) - self.step() if self.next < len(self.arrivals) else None
+        return int(self.steps[self.next]) - self.logger.step if self.next < len(self.arrivals) else None
 
     def feed(self) -> None:
         """Place every shot that is due, each exactly where its flight through the exit plane has it now."""
-        now = self.clock()
+        now = self.logger.clock()
         while (wait := self.steps_to_next()) is not None and wait <= 0:
             arrival = self.arrivals[self.next]
             shot = self._place(arrival, now)
             self._clear_inlet(shot, now)
-            self.logger.live[shot.body] = shot
+            self.logger.add(shot)
             self.energy_in_J += shot.energy_J()
             self.next += 1
         self.peak_live = max(self.peak_live, len(self.logger.live))
@@ -114,7 +106,7 @@ class Stream:
 
     def drop(self) -> None:
         """Remove the shots that can no longer matter."""
-        now = self.clock()
+        now = self.logger.clock()
         dx, _, dz = self.direction  # lies in the x-z plane
         for shot in list(self.logger.live.values()):
             if shot.open:
@@ -136,7 +128,7 @@ class Stream:
         self.dropped[why] += 1
         self.never_struck += shot.impacts == 0
         self.energy_out_J += shot.energy_J()
-        del self.logger.live[shot.body]
+        self.logger.remove(shot)
         body = O.bodies[shot.body]
         body.mask = PARKED
         body.state.pos = (1e3 + shot.body, 0.0, 1e3)
@@ -149,8 +141,8 @@ class Stream:
         state = O.bodies[shot.body].state
         if tuple(state.vel) != shot.vel:
             raise FlowFailed(f"shot {shot.shot_id} changed its velocity without a logged contact at t ="
-                             f" {self.clock():.6g} s ({shot.vel} to {tuple(state.vel)})")
-        off = math.dist(state.pos, shot.at(self.clock()))
+                             f" {self.logger.clock():.6g} s ({shot.vel} to {tuple(state.vel)})")
+        off = math.dist(state.pos, shot.at(self.logger.clock()))
         if not off < 1e-3 * shot.radius:
             raise FlowFailed(f"shot {shot.shot_id} is {off:.3g} m off its straight flight")
 

@@ -111,9 +111,12 @@ class RunDirectory:
             self._save()
 
     def outputs_digest(self, stage: str) -> str | None:
-        """Digest of the files of a complete stage, None when it is not complete."""
+        """Digest of the files and metrics (times apart) of a complete stage, None when it is not complete."""
         record = self.manifest["stages"].get(stage, {})
-        return digest(record["outputs"]) if record.get("state") == "complete" else None
+        if record.get("state") != "complete":
+            return None
+        metrics = {s: {k: v for k, v in values.items() if k != "wall_s"} for s, values in record["metrics"].items()}
+        return digest([record["outputs"], metrics])
 
     def begin(self, stage: str, later: Iterable[str], owned: Iterable[str]) -> None:
         """Forget ``stage`` and remove the files it ``owned``; put the stages in ``later``, built on it, in doubt.

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 
 from glue.atomic import atomic_path
 from glue.errors import InputError
 from glue.flow.dem import run_dem
-from glue.flow.impacts import read_impacts
+from glue.study.results import load_dimple, load_impacts, write_columns
 from glue.study.stage import Stage, Work
 from glue.surface.coverage import coverage_history, dimple_semi_axes, time_to
 from glue.surface.roughness import areal
@@ -137,22 +136,6 @@ def report_stage(work: Work) -> tuple[dict, list[str]]:
     from glue.report.page import write_report  # here: only this stage needs pyvista and matplotlib
 
     return {}, write_report(work.path, work.scene, work.complete)
-
-
-def load_dimple(path: Path) -> Dimple:
-    """The dimple of the run directory ``path``."""
-    return Dimple.load(path / "dimple" / "dimple.npz")
-
-
-def load_impacts(path: Path) -> np.ndarray:
-    """The impact log of the run directory ``path``, a structured array (see ``glue.flow.impacts``)."""
-    return read_impacts(path / "flow" / "impacts.csv")[0]
-
-
-def write_columns(path: Path, **columns: np.ndarray) -> None:
-    """A CSV file with a header line; 17 digits, so that reading gives the same numbers back."""
-    with atomic_path(path) as part:
-        np.savetxt(part, np.column_stack(list(columns.values())), "%.17g", ",", header=",".join(columns), comments="")
 
 
 def plain(values: dict) -> dict:

@@ -1,4 +1,4 @@
-"""The single dimple in section with its plastic strain: triangles by pyvista (off-screen), axes by matplotlib.
+"""The single dimple in section with its plastic strain: triangles by pyvista, axes by matplotlib.
 
 Both are imported when the figure is drawn.
 """
@@ -80,10 +80,10 @@ def dimple_section(
 
 
 def _cut(points_m, triangles, peeq, wide, deep):
-    """The triangles within ``wide`` of the axis and ``deep`` of the surface."""
+    """The triangles that reach within ``wide`` of the axis and ``deep`` of the surface."""
     points, triangles, strain = np.asarray(points_m, float), np.asarray(triangles), np.asarray(peeq, float)
-    centre = points[triangles].mean(axis=1)
-    near = (centre[:, 0] < wide) & (centre[:, 1] > -deep)
+    corners = points[triangles]
+    near = (corners[:, :, 0].min(axis=1) < wide) & (corners[:, :, 1].max(axis=1) > -deep)
     return points, triangles[near], strain[near]
 
 

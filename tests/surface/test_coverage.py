@@ -141,8 +141,8 @@ def test_time_to_a_level():
 
 
 def test_a_dimple_without_size_covers_nothing():
-    got = coverage.coverage_history([0.0, 0.1e-3], [0.0, 0.0], [0.0, 1.0], [0.0, RADIUS], [0.0, RADIUS], [0.0, 0.0],
-                                    (1e-3, 1e-3), 5e-6)  # fmt: skip
+    zeros, axes = np.zeros(2), np.array([0.0, RADIUS])
+    got = coverage.coverage_history(zeros, zeros, [0.0, 1.0], axes, axes, zeros, (1e-3, 1e-3), 5e-6)
     assert got.coverage[0] == 0.0
     assert got.coverage[1] == pytest.approx(math.pi * RADIUS**2 / 1e-6, rel=5e-3)
 

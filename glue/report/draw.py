@@ -1,0 +1,109 @@
+"""From the files of a run directory to its figures: reads, calls the figure functions, writes captions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from glue.flow.impacts import read_impacts
+from glue.report import figures, section
+from glue.scene.model import Scene
+from glue.surface.coverage import dimple_semi_axes
+from glue.target.dimple import Dimple
+from glue.theory import avrami
+
+
+class Figure(NamedTuple):
+    """A drawn figure: its file and what it shows, for the page."""
+
+    path: Path
+    title: str
+    caption: str
+
+
+def draw_figures(run: Path, scene: Scene, complete: frozenset[str], metrics: dict) -> list[Figure]:
+    """Every figure whose data the stages in ``complete`` have left, into ``run/figures``, in reading order.
+
+    metrics: content of metrics.json.  Raises InputError for a damaged file.
+    """
+    drawn, out = [], run / "figures"
+    dimple = Dimple.load(run / "dimple" / "dimple.npz") if "dimple" in complete else None
+    if dimple is not None and "flow" in complete:
+        drawn.append(_impacts(out / "impact_map.png", run, scene, dimple))
+    if dimple is not None and "coverage" in complete:
+        drawn.append(_coverage(out / "coverage.png", run, scene, dimple, metrics.get("coverage", {})))
+    if "target" in complete:
+        drawn.append(_stress(out / "residual_stress.png", run, metrics.get("residual_stress")))
+    if "surface" in complete:
+        drawn.append(_height(out / "height_map.png", run, metrics.get("roughness")))
+    if dimple is not None:
+        drawn.append(_section(out / "dimple.png", dimple))
+    return drawn
+
+
+def _impacts(path, run, scene, dimple) -> Figure:
+    impacts = read_impacts(run / "flow" / "impacts.csv")[0]
+    figures.impact_map(
+        path, impacts["x_m"], impacts["y_m"], *dimple_semi_axes(dimple, impacts), impacts["time_s"],
+        scene.target.window_m, scene.nozzle.footprint_semi_axes_m,
+    )  # fmt: skip
+    return Figure(
+        path, "Impacts", "Every logged impact with its dimple to scale: the jet's footprint and the window."
+    )
+
+
+def _coverage(path, run, scene, dimple, metrics) -> Figure:
+    table = _columns(run / "coverage.csv")
+    # scatter of one window's coverage: exact for discs of one size, so drawn with the nominal radius
+    radius, window = dimple.radius_m, scene.target.window_m
+    wide_enough = 2 * radius <= min(window)
+    levels = np.minimum(table["avrami"], 1 - 1e-12)
+    figures.coverage_plot(
+        path, table["time_s"], table["coverage"], table["avrami"],
+        avrami_sd=[avrami.coverage_sd(c, radius, window) for c in levels] if wide_enough else None,
+        time_98_s=metrics.get("time_98_s"), avrami_time_98_s=metrics.get("avrami_time_98_s"),
+    )  # fmt: skip
+    text = "Share of the window's sample points that an impact has covered, beside Avrami's expectation."
+    return Figure(path, "Coverage against exposure time", text)
+
+
+def _stress(path, run, metrics) -> Figure:
+    table = _columns(run / "stress_profile.csv")
+    spread = {key: table[key] for key in ("sigma_xx_std_Pa", "sigma_yy_std_Pa") if key in table}
+    figures.stress_plot(
+        path,
+        table["depth_m"],
+        table["sigma_xx_Pa"],
+        table["sigma_yy_Pa"],
+        peeq=table["peeq"],
+        marks=metrics,
+        **spread,
+    )
+    text = "Means over layers; the marked points belong to the mean of σxx and σyy. Tension is positive."
+    return Figure(path, "Residual stress against depth", text)
+
+
+def _height(path, run, metrics) -> Figure:
+    with np.load(run / "surface.npz") as data:
+        figures.height_map_plot(path, data["x_m"], data["y_m"], data["z_m"], roughness=metrics)
+    text = "The window after the last impact, by the energy stamp; roughness after levelling."
+    return Figure(path, "Surface", text)
+
+
+def _section(path, dimple) -> Figure:
+    section.dimple_section(
+        path, dimple.points_m, dimple.triangles, dimple.peeq, radius_m=dimple.radius_m,
+        shot_diameter_m=dimple.diameter_m, profile_r_m=dimple.profile_r_m, profile_z_m=dimple.profile_z_m,
+    )  # fmt: skip
+    speed = f"{dimple.speed_m_s:.0f} m/s"
+    return Figure(
+        path, "One dimple", f"A single normal impact at {speed} after rebound, with its plastic strain."
+    )
+
+
+def _columns(path: Path) -> dict[str, np.ndarray]:
+    """Columns of a CSV file with a header line, each (n,)."""
+    table = np.genfromtxt(path, delimiter=",", names=True)
+    return {name: np.atleast_1d(table[name]) for name in table.dtype.names}

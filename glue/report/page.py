@@ -1,0 +1,196 @@
+"""``report.html``: one self-contained page (figures embedded, no script, no network) about one run."""
+
+from __future__ import annotations
+
+import base64
+import json
+from html import escape
+from pathlib import Path
+
+from glue.atomic import write_text_atomic
+from glue.report.figures import DPI
+from glue.scene.model import Scene
+
+# section of metrics.json: (title, ((key, label, factor to the printed unit, unit, digits), ...))
+ROWS = {
+    "coverage": ("Coverage", (
+        ("final", "at the end", 100, "%", 2),
+        ("time_98_s", "time to 98 %", 1, "s", 2),
+        ("avrami_final", "Avrami, at the end", 100, "%", 2),
+        ("avrami_time_98_s", "Avrami, time to 98 %", 1, "s", 2),
+        ("avrami_mass_flow_final", "Avrami by mass flow, at the end", 100, "%", 2),
+        ("peeq_final", "by plastic strain, at the end", 100, "%", 2),
+        ("impacts_in_window", "impacts centred in the window", 1, "", 0),
+    )),
+    "residual_stress": ("Residual stress", (
+        ("surface_Pa", "at the surface", 1e-6, "MPa", 0),
+        ("max_compressive_Pa", "largest compressive", 1e-6, "MPa", 0),
+        ("max_compressive_depth_m", "at depth", 1e6, "µm", 0),
+        ("compressive_depth_m", "turns to tension at depth", 1e6, "µm", 0),
+        ("force_balance_relative", "force balance, ∫σdz / ∫|σ|dz", 1, "", 3),
+    )),
+    "roughness": ("Roughness", (
+        ("Sa_m", "Sa", 1e6, "µm", 2),
+        ("Sq_m", "Sq", 1e6, "µm", 2),
+        ("Sz_m", "Sz", 1e6, "µm", 1),
+        ("Ssk", "Ssk", 1, "", 2),
+        ("Sku", "Sku", 1, "", 2),
+        ("levelling", "levelling", None, "", 0),
+        ("filter", "filter", None, "", 0),
+    )),
+    "dimple": ("One dimple", (
+        ("radius_m", "radius at zero height", 1e6, "µm", 1),
+        ("depth_m", "depth", 1e6, "µm", 1),
+        ("restitution", "restitution", 1, "", 3),
+        ("peak_force_N", "peak force", 1, "N", 0),
+        ("contact_time_s", "contact time", 1e6, "µs", 2),
+    )),
+    "flow": ("Shot stream", (
+        ("impacts", "impacts on the target", 1, "", 0),
+        ("mean_normal_speed_m_s", "mean normal speed", 1, "m/s", 1),
+        ("collided_fraction", "met another shot first", 100, "%", 1),
+        ("collision_number", "collision number", 1, "", 3),
+    )),
+    "target": ("Target model", (
+        ("model", "model", None, "", 0),
+        ("impacts", "impacts solved", 1, "", 0),
+        ("dofs", "unknowns", 1, "", 0),
+    )),
+}  # fmt: skip
+
+STYLE = """
+:root { color-scheme: light; }
+body { font: 16px/1.5 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; color: #1d1d1d; background: #fff;
+       max-width: 1080px; margin: 2.5rem auto 4rem; padding: 0 1.25rem; }
+h1 { font-size: 1.7rem; margin: 0; } h2 { font-size: 1.2rem; margin: 2.4rem 0 .7rem; }
+h3 { font-size: 1rem; margin: 0 0 .4rem; }
+p.lead { color: #555; margin: .2rem 0 0; }
+.cards { display: grid; grid-template-columns: repeat(auto-fit, minmax(310px, 1fr)); gap: 1.6rem 2.2rem; }
+table { border-collapse: collapse; width: 100%; font-size: .93rem; }
+td, th { padding: .28rem .5rem .28rem 0; border-bottom: 1px solid #e4e4e4; text-align: left;
+         vertical-align: top; }
+th { color: #555; font-weight: 600; }
+td.number { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; padding-right: 0; }
+td.missing { color: #8a4b00; white-space: normal; text-align: right; padding-right: 0; }
+figure { margin: 0 0 2.2rem; } img { max-width: 100%; height: auto; display: block; }
+figcaption { color: #555; font-size: .93rem; margin-top: .4rem; }
+ul { padding-left: 1.1rem; margin: .3rem 0; font-size: .93rem; }
+"""
+
+
+def write_report(run: Path, scene: Scene, complete: frozenset[str]) -> list[str]:
+    """Draw the figures of the run directory ``run`` and its ``report.html``; names of the files written.
+
+    ``complete``: the stages whose files may be read.  Raises InputError for a damaged file.
+    """
+    from glue.report.draw import draw_figures  # here: loads numba and the target's models
+
+    metrics = json.loads((run / "metrics.json").read_text(encoding="utf-8"))
+    manifest = json.loads((run / "manifest.json").read_text(encoding="utf-8"))
+    drawn = draw_figures(run, scene, complete, metrics)
+    images = [(figure.title, figure.caption, figure.path.read_bytes()) for figure in drawn]
+    write_text_atomic(run / "report.html", page(scene_rows(scene), manifest, metrics, images))
+    return [*(figure.path.relative_to(run).as_posix() for figure in drawn), "report.html"]
+
+
+def scene_rows(scene: Scene) -> list[tuple[str, str]]:
+    """The scene in a reader's units: (what, value)."""
+    shots, nozzle, target = scene.shots, scene.nozzle, scene.target
+    size = f"{1e3 * shots.diameter_m:g} mm"
+    if shots.size == "distribution":
+        size = f"mean {size}, coefficient of variation {100 * shots.size_cv:g} %"
+    width, height = (1e3 * side for side in target.window_m)
+    return [
+        ("Target", target.material.name),
+        ("Window", f"{width:g} × {height:g} mm"),
+        ("Shots", f"{shots.grade or 'own'}, {size}"),
+        ("Shot density", f"{shots.density_kg_m3:g} kg/m³"),
+        ("Speed", f"{nozzle.speed_m_s:g} m/s"),
+        ("Impact angle", f"{nozzle.impact_angle_deg:g}° from the surface"),
+        ("Mass flow", f"{60 * nozzle.mass_flow_kg_s:.3g} kg/min"),
+        ("Jet diameter", f"{1e3 * nozzle.jet_diameter_m:g} mm"),
+        ("Stand-off", f"{1e3 * nozzle.stand_off_m:g} mm"),
+        ("Exposure", f"{scene.exposure_time_s:g} s, {scene.expected_shots:.0f} shots expected"),
+        ("Accuracy", scene.accuracy.preset),
+    ]  # fmt: skip
+
+
+def page(
+    scene: list[tuple[str, str]], manifest: dict, metrics: dict, images: list[tuple[str, str, bytes]]
+) -> str:
+    """The HTML text.  images: (title, caption, PNG bytes); manifest and metrics as in the run directory."""
+    name, seed = escape(str(manifest.get("scene", ""))), escape(str(manifest.get("seed", "")))
+    rows = "".join(
+        f"<tr><td>{escape(what)}</td><td class=number>{escape(value)}</td></tr>" for what, value in scene
+    )
+    return (
+        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{name}</title>'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<style>{STYLE}</style></head><body>\n"
+        f"<h1>{name}</h1>"
+        f"<p class=lead>Shot peening from the nozzle to the residual stress · seed {seed}</p>\n"
+        f"<h2>Result</h2><div class=cards>{_results(metrics)}</div>\n"
+        f"<h2>Figures</h2>{''.join(_figure(*image) for image in images)}\n"
+        f"<h2>Scene</h2><div class=cards><table>{rows}</table></div>\n"
+        f"{_choices(manifest)}{_costs(manifest)}</body></html>\n"
+    )
+
+
+def _results(metrics: dict) -> str:
+    cards = []
+    for section, (title, rows) in ROWS.items():
+        values = metrics.get(section)
+        if values:
+            body = "".join(_row(values, *row) for row in rows if row[0] in values)
+            cards.append(f"<div><h3>{title}</h3><table>{body}</table></div>")
+    return "".join(cards) or "<p>No stage has finished.</p>"
+
+
+def _row(values: dict, key: str, label: str, factor: float | None, unit: str, digits: int) -> str:
+    value = values[key]
+    if value is None:
+        reason = escape(str(values.get(f"{key}_reason", "no reason given")))
+        return f"<tr><td>{label}</td><td class=missing>not determined: {reason}</td></tr>"
+    text = (
+        escape(str(value))
+        if factor is None
+        else f"{value * factor:.{digits}f} {unit}".strip().replace("-", "−")
+    )
+    return f"<tr><td>{label}</td><td class=number>{text}</td></tr>"
+
+
+def _figure(title: str, caption: str, png: bytes) -> str:
+    data = base64.b64encode(png).decode("ascii")
+    width = round(
+        int.from_bytes(png[16:20], "big") * 96 / DPI
+    )  # at the size drawn: one size of print throughout
+    return (
+        f'<figure><h3>{escape(title)}</h3><img alt="{escape(title)}" width={width} src="data:image/png;base64,{data}">'
+        f"<figcaption>{escape(caption)}</figcaption></figure>"
+    )
+
+
+def _choices(manifest: dict) -> str:
+    chosen = manifest.get("choices", {}).items()
+    rows = [(stage, choice["model"], choice["why"]) for stage, choice in chosen]
+    defaults = "".join(f"<li>{escape(line)}</li>" for line in manifest.get("defaults_used", []))
+    text = _table("Models and why", ("stage", "model", "why"), rows)
+    return text + (f"<h2>Defaults that the scene leaves alone</h2><ul>{defaults}</ul>\n" if defaults else "")
+
+
+def _costs(manifest: dict) -> str:
+    rows = [
+        (name, record["state"], f"{record['wall_s']:.1f} s", f"{record['peak_memory_bytes'] / 1e6:.0f} MB")
+        for name, record in manifest.get("stages", {}).items()
+        if "wall_s" in record
+    ]
+    return _table("Cost", ("stage", "state", "wall time", "peak memory"), rows)
+
+
+def _table(title: str, heads: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    """A titled table, or nothing when it has no rows."""
+    if not rows:
+        return ""
+    head = "".join(f"<th>{escape(text)}</th>" for text in heads)
+    body = "".join("<tr>" + "".join(f"<td>{escape(text)}</td>" for text in row) + "</tr>" for row in rows)
+    return f"<h2>{title}</h2><table><tr>{head}</tr>{body}</table>\n"

@@ -64,7 +64,7 @@ template <int N> bool returnMap(const Law &law, const double *old, double *now, 
     step = Step();
     const double q0 = mises<N>(T);
     step.qTrial = q0;
-    if (q0 <= law.isotropic(p0)) return true;
+    if (q0 <= law.isotropic(p0) * (1 + 1e-9)) return true; // a state left on the surface is not yielding anew
     double lo = 0, hi = (mises<N>(s) + law.X[0] + law.X[1]) / (3 * law.G), dp = 0, e[2] = {1, 1}, q = q0;
     dp = std::min(hi, (q0 - law.isotropic(p0)) / (3 * law.G + law.isotropicSlope(std::max(p0, 1e-6))
                                                 + law.X[0] * law.g[0] + law.X[1] * law.g[1]));

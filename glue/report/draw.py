@@ -99,7 +99,9 @@ def _section(path, dimple) -> Figure:
     )  # fmt: skip
     speed = f"{dimple.speed_m_s:.0f} m/s"
     return Figure(
-        path, "One dimple", f"A single normal impact at {speed} after rebound, with its plastic strain."
+        path,
+        "One dimple",
+        f"A single normal impact at {speed} after rebound, plastic strain, outline of the shot.",
     )
 
 

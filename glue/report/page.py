@@ -69,6 +69,7 @@ p.lead { color: #555; margin: .2rem 0 0; }
 table { border-collapse: collapse; width: 100%; font-size: .93rem; }
 td, th { padding: .28rem .5rem .28rem 0; border-bottom: 1px solid #e4e4e4; text-align: left;
          vertical-align: top; }
+table.narrow { max-width: 620px; }
 th { color: #555; font-weight: 600; }
 td.number { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; padding-right: 0; }
 td.missing { color: #8a4b00; white-space: normal; text-align: right; padding-right: 0; }
@@ -131,7 +132,7 @@ def page(
         f"<p class=lead>Shot peening from the nozzle to the residual stress · seed {seed}</p>\n"
         f"<h2>Result</h2><div class=cards>{_results(metrics)}</div>\n"
         f"<h2>Figures</h2>{''.join(_figure(*image) for image in images)}\n"
-        f"<h2>Scene</h2><div class=cards><table>{rows}</table></div>\n"
+        f"<h2>Scene</h2><table class=narrow>{rows}</table>\n"
         f"{_choices(manifest)}{_costs(manifest)}</body></html>\n"
     )
 
@@ -161,13 +162,10 @@ def _row(values: dict, key: str, label: str, factor: float | None, unit: str, di
 
 def _figure(title: str, caption: str, png: bytes) -> str:
     data = base64.b64encode(png).decode("ascii")
-    width = round(
-        int.from_bytes(png[16:20], "big") * 96 / DPI
-    )  # at the size drawn: one size of print throughout
-    return (
-        f'<figure><h3>{escape(title)}</h3><img alt="{escape(title)}" width={width} src="data:image/png;base64,{data}">'
-        f"<figcaption>{escape(caption)}</figcaption></figure>"
-    )
+    # as wide as it was drawn, so that all figures have one size of print; the header holds the pixels
+    width = round(int.from_bytes(png[16:20], "big") * 96 / DPI)
+    image = f'<img alt="{escape(title)}" width={width} src="data:image/png;base64,{data}">'
+    return f"<figure><h3>{escape(title)}</h3>{image}<figcaption>{escape(caption)}</figcaption></figure>"
 
 
 def _choices(manifest: dict) -> str:

@@ -40,7 +40,7 @@ def dimple_section(
     scale = Normalize(0.0, float(strain.max()))
     section = _render_section(points, triangles, strain, scale, (wide, deep, above))
     solid = _render_cutaway(points, triangles, strain, scale, radius_m)
-    with styled_figure(path, (12.5, 5.0)) as figure:
+    with styled_figure(path, (12.5, 4.4)) as figure:
         view, axes = figure.subplots(1, 2, width_ratios=(1.0, 1.35))
         view.imshow(solid)
         view.set_axis_off()
@@ -75,7 +75,7 @@ def dimple_section(
             f"Depth {-um * bottom:.1f} µm, radius at the untouched surface (dashed) {um * radius_m:.0f} µm"
         )
         colours = ScalarMappable(scale, colormaps[STRAIN_MAP])
-        figure.colorbar(colours, ax=axes, label="equivalent plastic strain [-]", pad=0.015, shrink=0.9)
+        figure.colorbar(colours, ax=axes, label="equivalent plastic strain [-]", pad=0.015, shrink=0.75)
     return path
 
 
@@ -89,7 +89,10 @@ def _cut(points_m, triangles, peeq, wide, deep):
 
 def _plotter(size):
     import pyvista
+    from vtkmodules.vtkCommonCore import vtkLogger
 
+    # a machine without a display is the normal case, not worth a warning in the middle of a run
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_ERROR)
     plotter = pyvista.Plotter(off_screen=True, window_size=size)
     plotter.set_background("white")
     return plotter

@@ -19,10 +19,20 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from yade import O, utils
-from yade.wrapper import (Bo1_Sphere_Aabb, Bo1_Wall_Aabb, ForceResetter, FrictMat, Ig2_Sphere_Sphere_ScGeom,
-                          Ig2_Wall_Sphere_ScGeom, InsertionSortCollider, InteractionLoop,
-                          Ip2_FrictMat_FrictMat_MindlinPhys, Law2_ScGeom_MindlinPhys_Mindlin, MatchMaker,
-                          NewtonIntegrator)
+from yade.wrapper import (
+    Bo1_Sphere_Aabb,
+    Bo1_Wall_Aabb,
+    ForceResetter,
+    FrictMat,
+    Ig2_Sphere_Sphere_ScGeom,
+    Ig2_Wall_Sphere_ScGeom,
+    InsertionSortCollider,
+    InteractionLoop,
+    Ip2_FrictMat_FrictMat_MindlinPhys,
+    Law2_ScGeom_MindlinPhys_Mindlin,
+    MatchMaker,
+    NewtonIntegrator,
+)
 
 from glue.errors import InputError
 from glue.theory import hertz
@@ -76,20 +86,35 @@ def shot_contact_time_s(diameter_m: float, shot: Solid, closing_speed_m_s: float
 
     Half the mass on half the radius is a sphere of R/2 and four times the density on a half-space.
     """
-    return hertz.impact(0.25 * diameter_m, 4.0 * shot.density_kg_m3, closing_speed_m_s,
-                        contact_modulus_Pa(shot, shot)).contact_time_s
+    return hertz.impact(
+        0.25 * diameter_m, 4.0 * shot.density_kg_m3, closing_speed_m_s, contact_modulus_Pa(shot, shot)
+    ).contact_time_s
 
 
 def build(shot: Solid, target: Solid, shot_target: Law, shot_shot: Law, *, dt_s: float, sweep_m: float):
-    """Empty the simulation and set materials, target plane z = 0 (body 0) and engines; returns the shots' material.
+    """Empty the simulation; set materials, target plane z = 0 (body 0), engines; returns the shots' material.
 
     ``sweep_m`` is how far a shot may move before the collider looks again: performance only.
     """
     O.reset()
-    steel = O.materials.append(FrictMat(young=shot.E_Pa, poisson=shot.nu, density=shot.density_kg_m3,
-                                        frictionAngle=math.atan(shot_shot.friction), label="shot"))
-    plate = O.materials.append(FrictMat(young=target.E_Pa, poisson=target.nu, density=target.density_kg_m3,
-                                        frictionAngle=math.atan(shot_target.friction), label="target"))
+    steel = O.materials.append(
+        FrictMat(
+            young=shot.E_Pa,
+            poisson=shot.nu,
+            density=shot.density_kg_m3,
+            frictionAngle=math.atan(shot_shot.friction),
+            label="shot",
+        )
+    )
+    plate = O.materials.append(
+        FrictMat(
+            young=target.E_Pa,
+            poisson=target.nu,
+            density=target.density_kg_m3,
+            frictionAngle=math.atan(shot_target.friction),
+            label="target",
+        )
+    )
     wall = utils.wall(0.0, axis=2, sense=1, material=plate)  # one plane: two facets would make two contacts
     wall.mask = LIVE
     assert O.bodies.append(wall) == 0
@@ -102,10 +127,15 @@ def build(shot: Solid, target: Solid, shot_target: Law, shot_shot: Law, *, dt_s:
         InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Wall_Aabb()], verletDist=sweep_m),
         InteractionLoop(
             [Ig2_Sphere_Sphere_ScGeom(), Ig2_Wall_Sphere_ScGeom(hertzian=True)],
-            [Ip2_FrictMat_FrictMat_MindlinPhys(
-                en=per_pair(shot_target.en, shot_shot.en), es=per_pair(0.99, 0.99),
-                frictAngle=per_pair(math.atan(shot_target.friction), math.atan(shot_shot.friction)))],
-            [Law2_ScGeom_MindlinPhys_Mindlin()]),
+            [
+                Ip2_FrictMat_FrictMat_MindlinPhys(
+                    en=per_pair(shot_target.en, shot_shot.en),
+                    es=per_pair(0.99, 0.99),
+                    frictAngle=per_pair(math.atan(shot_target.friction), math.atan(shot_shot.friction)),
+                )
+            ],
+            [Law2_ScGeom_MindlinPhys_Mindlin()],
+        ),
         NewtonIntegrator(damping=0.0, gravity=(0.0, 0.0, 0.0), mask=LIVE),
     ]
     O.dt = dt_s
@@ -120,6 +150,15 @@ def add_shot(material: int, diameter_m: float, position, velocity) -> int:
     return O.bodies.append(body)
 
 
+def look_for_partners() -> None:
+    """Have the collider look at once; to be called when bodies were moved by hand (4 us).
+
+    By itself it does so only after the integrator has seen a body leave its box, a step late
+    (``collider.doSort`` does not change that: it says how to sort, not when).
+    """
+    O.engines[1]()
+
+
 def total_force_N(interaction) -> float:
     """Size [N] of the normal contact force, |normalForce - normalViscous|.
 
@@ -129,8 +168,17 @@ def total_force_N(interaction) -> float:
     return (phys.normalForce - phys.normalViscous).norm()
 
 
-def measure_rebounds(shot: Solid, target: Solid, *, pair: str, en: float, speed_m_s: float, diameter_m: float,
-                     dt_s: float, phases: int) -> list[Rebound]:
+def measure_rebounds(
+    shot: Solid,
+    target: Solid,
+    *,
+    pair: str,
+    en: float,
+    speed_m_s: float,
+    diameter_m: float,
+    dt_s: float,
+    phases: int,
+) -> list[Rebound]:
     """Head-on impacts at ``phases`` equal sub-step phases, all in one go far apart from each other.
 
     ``pair`` is "target" (shot on plane) or "shot" (two shots, ``speed_m_s`` their closing speed, each
@@ -170,7 +218,7 @@ def measure_rebounds(shot: Solid, target: Solid, *, pair: str, en: float, speed_
 
 
 class Calibration(NamedTuple):
-    """The ``en`` to give YADE and the rebound it produces over sub-step phases at the working time step."""
+    """The ``en`` to give YADE and the rebound that it produces, mean and range over sub-step phases."""
 
     wanted: float
     en: float
@@ -180,11 +228,12 @@ class Calibration(NamedTuple):
 
 
 def calibrate(wanted: float, *, phases: int = 32, **rig) -> Calibration:
-    """``en`` whose mean rebound is ``wanted`` within 1e-4 of it, by secant in the rig (``rig``: its arguments).
+    """``en`` whose mean rebound is ``wanted`` within 1e-4 of it, by secant in the rig (its arguments: ``rig``).
 
     1 is taken as it is: undamped contacts return their energy, and no ``en`` could correct them upwards.
     Raises InputError when no ``en`` does it.
     """
+
     def mean_at(en):
         e = [r.restitution for r in measure_rebounds(en=en, phases=phases, **rig)]
         return Calibration(wanted, en, statistics.fmean(e), min(e), max(e))
@@ -202,5 +251,7 @@ def calibrate(wanted: float, *, phases: int = 32, **rig) -> Calibration:
         if new.en != now.en and new.mean != now.mean:
             slope = max((new.mean - now.mean) / (new.en - now.en), 0.1)
         now = new
-    raise InputError(f"no en gives a mean restitution of {wanted} at dt = {rig['dt_s']:.3g} s"
-                     f" (en {now.en:.4f} gives {now.mean:.4f}): use a smaller time step")
+    raise InputError(
+        f"no en gives a mean restitution of {wanted} at dt = {rig['dt_s']:.3g} s"
+        f" (en {now.en:.4f} gives {now.mean:.4f}): use a smaller time step"
+    )

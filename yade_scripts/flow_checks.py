@@ -7,8 +7,16 @@ from typing import NamedTuple
 
 from yade import O
 
-from contact_model import (Calibration, Law, Solid, calibrate, check_restitution, contact_modulus_Pa, p_wave_step_s,
-                           shot_contact_time_s)
+from contact_model import (
+    Calibration,
+    Law,
+    Solid,
+    calibrate,
+    check_restitution,
+    contact_modulus_Pa,
+    p_wave_step_s,
+    shot_contact_time_s,
+)
 from glue.errors import InputError
 from glue.flow.arrivals import largest_diameter_m, smallest_diameter_m
 from glue.theory import hertz
@@ -32,7 +40,7 @@ class Plan(NamedTuple):
 
 
 def plan_run(scene, restitution: float, dt_over_P: float, *, guarded: bool = True) -> Plan:
-    """Check everything that can be checked before the first step, calibrate the restitution, or raise InputError.
+    """Check all that can be checked before the first step and calibrate the restitution, or raise InputError.
 
     ``guarded=False`` leaves out what would refuse a too large time step (to test the checks after the run).
     """
@@ -41,36 +49,58 @@ def plan_run(scene, restitution: float, dt_over_P: float, *, guarded: bool = Tru
     target = Solid(material.E_Pa, material.nu, material.density_kg_m3)
     small, large, mean = smallest_diameter_m(scene), largest_diameter_m(scene), scene.shots.diameter_m
     if not small > 0.0:
-        raise InputError(f"shots.size_cv = {scene.shots.size_cv}: the smallest shot has no size; must be below 0.4")
-    problems = [p for p in (check_restitution("restitution.shot_target", restitution),
-                            check_restitution("restitution.shot_shot", scene.restitution.shot_shot)) if p]
+        raise InputError(
+            f"shots.size_cv = {scene.shots.size_cv}: the smallest shot has no size; must be below 0.4"
+        )
+    problems = [
+        p
+        for p in (
+            check_restitution("restitution.shot_target", restitution),
+            check_restitution("restitution.shot_shot", scene.restitution.shot_shot),
+        )
+        if p
+    ]
     if not dt_over_P > 0.0 or guarded and dt_over_P > MAX_DT_OVER_P:
-        problems.append(f"time step = {dt_over_P} P: must lie in (0, {MAX_DT_OVER_P}] P-wave steps of the smallest shot")
+        problems.append(
+            f"time step = {dt_over_P} P: must lie in (0, {MAX_DT_OVER_P}] P-wave steps of the smallest shot"
+        )
     angle = math.radians(nozzle.impact_angle_deg)
     lowest = nozzle.stand_off_m * math.sin(angle) - 0.5 * nozzle.jet_diameter_m * math.cos(angle)
     if not lowest > large:
-        problems.append(f"nozzle: the lower edge of its exit is {lowest:.4g} m above the target; must be more than the"
-                        f" largest shot ({large:.4g} m): raise stand_off_m or impact_angle_deg")
-    deepest = hertz.impact(0.5 * mean, shot.density_kg_m3, nozzle.speed_m_s, contact_modulus_Pa(shot, target)).depth_m
+        problems.append(
+            f"nozzle: the lower edge of its exit is {lowest:.4g} m above the target; must be more than the"
+            f" largest shot ({large:.4g} m): raise stand_off_m or impact_angle_deg"
+        )
+    deepest = hertz.impact(
+        0.5 * mean, shot.density_kg_m3, nozzle.speed_m_s, contact_modulus_Pa(shot, target)
+    ).depth_m
     if not deepest < MAX_OVERLAP * 0.5 * mean:
-        problems.append(f"speed_m_s = {nozzle.speed_m_s}: elastic overlap {deepest / mean * 2:.2f} of the radius;"
-                        f" must be below {MAX_OVERLAP}")
+        problems.append(
+            f"speed_m_s = {nozzle.speed_m_s}: elastic overlap {deepest / mean * 2:.2f} of the radius;"
+            f" must be below {MAX_OVERLAP}"
+        )
     if problems:
         raise InputError(problems)
 
     dt = dt_over_P * p_wave_step_s(small, shot)
-    on_target = hertz.impact(0.5 * small, shot.density_kg_m3, nozzle.speed_m_s, contact_modulus_Pa(shot, target))
+    on_target = hertz.impact(
+        0.5 * small, shot.density_kg_m3, nozzle.speed_m_s, contact_modulus_Pa(shot, target)
+    )
     on_shot = shot_contact_time_s(small, shot, 2.0 * nozzle.speed_m_s)  # faster than two shots ever meet
     shortest = min(on_target.contact_time_s, on_shot) / dt  # elastic: damping only makes contacts longer
     if guarded and shortest < MIN_STEPS_PER_CONTACT:
-        raise InputError(f"time step = {dt_over_P} P: the shortest contact lasts {shortest:.1f} steps; must be at least"
-                         f" {MIN_STEPS_PER_CONTACT}: lower accuracy.flow_dt_over_P")
+        raise InputError(
+            f"time step = {dt_over_P} P: the shortest contact lasts {shortest:.1f} steps; must be at least"
+            f" {MIN_STEPS_PER_CONTACT}: lower accuracy.flow_dt_over_P"
+        )
     rig = dict(shot=shot, target=target, diameter_m=mean, dt_s=dt)
     # two thirds: mean normal share of the relative speed when hard spheres meet at random
     speeds = {"target": nozzle.normal_speed_m_s, "shot": nozzle.speed_m_s * (1.0 + restitution) * 2.0 / 3.0}
     wanted = {"target": restitution, "shot": scene.restitution.shot_shot}
     if guarded:
-        on_target, on_shot = (calibrate(wanted[p], pair=p, speed_m_s=speeds[p], **rig) for p in ("target", "shot"))
+        on_target, on_shot = (
+            calibrate(wanted[p], pair=p, speed_m_s=speeds[p], **rig) for p in ("target", "shot")
+        )
     else:
         on_target, on_shot = (Calibration(wanted[p], wanted[p], *[math.nan] * 3) for p in ("target", "shot"))
     laws = (Law(on_target.en, scene.friction.shot_target), Law(on_shot.en, scene.friction.shot_shot))
@@ -95,15 +125,28 @@ def postflight(plan: Plan, stream, logger) -> list[Row]:
     rows = [
         ("shots fed, of all arrivals", fed, len(stream.arrivals), fed == len(stream.arrivals)),
         ("shots unaccounted for", fed - dropped - live, 0, fed == dropped + live),
-        ("shots still falling at the end", stream.falling(), max(2, 0.001 * fed), stream.falling() <= max(2, 0.001 * fed)),
+        (
+            "shots still falling at the end",
+            stream.falling(),
+            max(2, 0.001 * fed),
+            stream.falling() <= max(2, 0.001 * fed),
+        ),
         ("shots dropped at a blocked inlet", blocked, max(2, 0.001 * fed), blocked <= max(2, 0.001 * fed)),
         ("impact rows not written", len(logger.waiting), 0, not logger.waiting),
         ("lowest shot centre [m]", lowest, 0.0, lowest > 0.0),
         ("largest speed [m/s]", logger.top_speed, logger.speed_limit, logger.top_speed <= logger.speed_limit),
-        ("gain of kinetic energy in a contact", logger.worst_gain, ENERGY_TOLERANCE,
-         logger.worst_gain <= ENERGY_TOLERANCE),
-        ("kinetic energy left over fed", stream.energy_left(), 1.0 + ENERGY_TOLERANCE,
-         stream.energy_left() <= 1.0 + ENERGY_TOLERANCE),
+        (
+            "gain of kinetic energy in a contact",
+            logger.worst_gain,
+            ENERGY_TOLERANCE,
+            logger.worst_gain <= ENERGY_TOLERANCE,
+        ),
+        (
+            "kinetic energy left over fed",
+            stream.energy_left(),
+            1.0 + ENERGY_TOLERANCE,
+            stream.energy_left() <= 1.0 + ENERGY_TOLERANCE,
+        ),
         ("change of momentum in a collision", logger.worst_momentum, 1e-9, logger.worst_momentum <= 1e-9),
         ("contact stiffness over the materials'", soft, 1.0, soft == 1.0),
     ]

@@ -45,7 +45,7 @@ class Forecast:
         self._order = count()  # ties: heap entries must not compare shots
 
     def renew(self, shot, others, now: float) -> None:
-        """``shot`` flies freely from ``now`` on: foresee its contacts with the target and the free ``others``."""
+        """``shot`` flies freely from ``now`` on: foresee its contacts with target and free ``others``."""
         shot.flight += 1
         self._push(landing_time_s(shot, now), shot, shot)
         for other in others:

@@ -34,10 +34,7 @@ class FlowFailed(Exception):
 
 
 class Flying:
-    """One shot on its way: who it is, and its state at the end of its last contact (``t, pos, vel, spin``)."""
-
-    __slots__ = ("arrival", "body", "shot_id", "radius", "mass", "t", "pos", "vel", "spin", "collisions",
-                 "impacts", "open", "before", "flight")
+    """One shot on its way: who it is, and ``t, pos, vel, spin`` (SI) at the end of its last contact."""
 
     def __init__(self, arrival, body: int, mass: float):
         self.arrival = arrival  # a row of the arrivals (glue.flow.arrivals.COLUMNS)
@@ -49,6 +46,7 @@ class Flying:
         self.pos = tuple(float(arrival[c]) for c in ("x_m", "y_m", "z_m"))
         self.vel = tuple(float(arrival[c]) for c in ("vx_m_s", "vy_m_s", "vz_m_s"))
         self.spin = (0.0, 0.0, 0.0)
+        self.start_speed = math.hypot(*self.vel)
         self.collisions = 0  # with other shots
         self.impacts = 0
         self.open = 0  # contacts open now; the state above is old while there are any
@@ -81,8 +79,7 @@ class ImpactLogger:
     """Runs the simulation step by step and hands impact rows to ``emit`` in order of first touch.
 
     ``live`` maps body id to ``Flying``; shots come and go by ``add`` and ``remove`` between calls of
-    ``advance``.  Time [s] is ``step`` times ``dt_s``: a product, because the sum
-    of 3e7 steps loses nanoseconds.
+    ``advance``.  Time [s] is ``step`` times ``dt_s``: a product, because a sum of 3e7 steps loses nanoseconds.
     """
 
     def __init__(self, emit, *, dt_s: float, speed_limit_m_s: float, leap: bool = False):
@@ -97,9 +94,10 @@ class ImpactLogger:
         self.waiting: list[tuple] = []  # finished rows that an older contact, still open, must precede
         self.collisions = 0  # shot on shot, each counted once
         self.top_speed = 0.0
-        self.worst_gain = -math.inf  # largest relative gain of kinetic energy over a group of contacts
+        self.worst_gain = -math.inf  # largest relative gain of kinetic energy in contacts
         self.worst_momentum = 0.0  # largest relative change of momentum in collisions between shots
-        self._touched: dict[int, tuple] = {}  # since the last moment without contact: body -> (shot, energy, momentum)
+        # since the last moment without contact: body -> (shot, energy, momentum) before it
+        self._touched: dict[int, tuple[Flying, float, tuple]] = {}
         self._target_touched = False
 
     def clock(self) -> float:
@@ -132,7 +130,7 @@ class ImpactLogger:
         """Cross free flight towards step ``end`` in one step, if there are at least two to save."""
         # a contact foreseen three steps ago and not there now was a graze between two steps
         foreseen = self.forecast.next((self.step - 3) * self.dt) / self.dt
-        steps = int(min(end, foreseen - 2.0)) - self.step
+        steps = math.floor(min(end, foreseen - 2.0)) - self.step
         if steps < 2:
             return False
         O.dt = steps * self.dt
@@ -171,11 +169,11 @@ class ImpactLogger:
         on_target = WALL in key
         contact = Contact(interaction, [self.live[b] for b in key if b != WALL], on_target)
         for shot in contact.shots:
-            if not self._touched.get(shot.body):
+            if shot.body not in self._touched:
                 momentum = tuple(shot.mass * c for c in shot.vel)
                 self._touched[shot.body] = (shot, shot.energy_J(), momentum)
         if on_target:
-            shot, = contact.shots
+            (shot,) = contact.shots
             self._target_touched = True
             contact.collisions = shot.collisions
             if shot.open:  # still held by another shot: the state one step ago is the best there is
@@ -202,31 +200,44 @@ class ImpactLogger:
             shot.vel, shot.spin = tuple(state.vel), tuple(state.angVel)
             speed = math.hypot(*shot.vel)
             self.top_speed = max(self.top_speed, speed)
-            # `not <=` also catches nan; a shot that met no other has no source of energy but the contact itself
-            limit = self.speed_limit if shot.collisions else 1.1 * math.hypot(
-                *(float(shot.arrival[c]) for c in ("vx_m_s", "vy_m_s", "vz_m_s")))
-            if not speed <= limit:
-                raise FlowFailed(f"shot {shot.shot_id} leaves a contact at {speed:.4g} m/s at t = {now:.6g} s"
-                                 f" (limit {limit:.4g}): the time step is too large")
+            # a shot that met no other has no source of energy but the contact itself
+            limit = self.speed_limit if shot.collisions else 1.1 * shot.start_speed
+            if not speed <= limit:  # this way round, nan fails too
+                raise FlowFailed(
+                    f"shot {shot.shot_id} leaves a contact at {speed:.4g} m/s at t = {now:.6g} s"
+                    f" (limit {limit:.4g}): the time step is too large"
+                )
         if contact.on_target:
             self._row(contact, now)
 
     def _row(self, contact: Contact, now: float) -> None:
-        shot, = contact.shots
+        (shot,) = contact.shots
         z, climb = shot.pos[2], shot.vel[2]
         end = now
         if shot.open == 0 and climb > 0.0:
             end = now - (z - shot.radius) / climb
         shot.impacts += 1
         a = shot.arrival
-        row = (shot.shot_id, contact.begin, end - contact.begin, *contact.point, *contact.vel, *contact.spin,
-               *shot.vel, *shot.spin, float(a["diameter_m"]), float(a["density_kg_m3"]), contact.peak,
-               contact.collisions, 0.0, 0.0, 0.0, 1.0, int(a["nozzle_id"]), int(a["pass_id"]), int(a["medium"]))
+        row = (
+            shot.shot_id,
+            contact.begin,
+            end - contact.begin,
+            *contact.point,
+            *contact.vel,
+            *contact.spin,
+            *shot.vel,
+            *shot.spin,
+            *(float(a[c]) for c in ("diameter_m", "density_kg_m3")),
+            contact.peak,
+            contact.collisions,
+            *(0.0, 0.0, 0.0, 1.0),  # z of the target's surface, its normal
+            *(int(a[c]) for c in ("nozzle_id", "pass_id", "medium")),
+        )
         self.waiting.append(row)
 
     def _release(self, now: float) -> None:
         """Emit the rows that no impact still open or undiscovered can precede."""
-        # a step finds contacts at the positions it starts from: one that begins during it is seen a step later
+        # a step finds contacts at the positions it starts from: one that begins in it is seen a step later
         safe = min([now - 2.0 * self.dt] + [c.begin for c in self.open.values() if c.on_target])
         ready = sorted((r for r in self.waiting if r[1] < safe), key=lambda r: (r[1], r[0]))
         if ready:
@@ -245,8 +256,10 @@ class ImpactLogger:
         gain = after / before - 1.0
         self.worst_gain = max(self.worst_gain, gain)
         if not gain <= ENERGY_TOLERANCE:
-            raise FlowFailed(f"kinetic energy rises by {gain:.2%} in a contact of shots"
-                             f" {sorted(s.shot_id for s, _, _ in shots)}: the time step is too large")
+            raise FlowFailed(
+                f"kinetic energy rises by {gain:.2%} in a contact of shots"
+                f" {sorted(s.shot_id for s, _, _ in shots)}: the time step is too large"
+            )
         if not self._target_touched:
             size = sum(math.hypot(*p) for _, _, p in shots)
             change = [sum(s.mass * s.vel[k] - p[k] for s, _, p in shots) for k in range(3)]

@@ -28,7 +28,7 @@ def listening_sockets() -> list[str]:
         except OSError:  # the descriptor of the listing itself is gone by now
             continue
         if target.startswith("socket:["):
-            own.add(target[len("socket:["):-1])
+            own.add(target[len("socket:[") : -1])
     listening = []
     for table in ("tcp", "tcp6"):
         with open(f"/proc/self/net/{table}") as f:

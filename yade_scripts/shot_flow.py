@@ -50,14 +50,25 @@ def parse(argv):
     p = argparse.ArgumentParser(prog="shot_flow.py", description="The shot stream of a scene in YADE.")
     p.add_argument("scene", type=Path, metavar="SCENE")
     p.add_argument("out", type=Path, metavar="OUT")
-    p.add_argument("--restitution", type=float, metavar="E", help="shot on target; needed when the scene says from_dimple")
+    p.add_argument(
+        "--restitution",
+        type=float,
+        metavar="E",
+        help="shot on target; needed when the scene says from_dimple",
+    )
     p.add_argument("--arrivals", type=Path, metavar="FILE", help="arrivals.csv to read instead of drawing")
     p.add_argument("--accuracy", metavar="PRESET", help="in place of the scene's accuracy.preset")
     p.add_argument("--exposure", type=float, metavar="S", help="stop feeding at this time [s] (for trials)")
     p.add_argument("--dt-over-P", type=float, metavar="X", help="time step in place of the preset's")
-    p.add_argument("--jet-margin", type=float, metavar="RADII", help="drop rising shots this far beside the jet")
-    p.add_argument("--plain", action="store_true", help="make every single step instead of leaping over free flight")
-    p.add_argument("--unguarded", action="store_true", help="skip what refuses a bad time step before the run (tests)")
+    p.add_argument(
+        "--jet-margin", type=float, metavar="RADII", help="drop rising shots this far beside the jet"
+    )
+    p.add_argument(
+        "--plain", action="store_true", help="make every single step instead of leaping over free flight"
+    )
+    p.add_argument(
+        "--unguarded", action="store_true", help="skip what refuses a bad time step before the run (tests)"
+    )
     return p.parse_args(argv)
 
 
@@ -81,8 +92,10 @@ def arrivals_of(scene, args) -> np.ndarray:
     if args.exposure is not None:
         arrivals = arrivals[arrivals["time_s"] < args.exposure]
     if not len(arrivals):
-        raise InputError(f"no shot leaves the nozzle: {scene.expected_shots:.3g} expected; raise exposure_time_s"
-                         " or mass_flow_kg_s")
+        raise InputError(
+            f"no shot leaves the nozzle: {scene.expected_shots:.3g} expected; raise exposure_time_s"
+            " or mass_flow_kg_s"
+        )
     return arrivals
 
 
@@ -111,10 +124,18 @@ def simulate(stream: Stream, logger: ImpactLogger, writer, end_s: float, tail_s:
 def summary(plan, stream, logger, impacts: int) -> dict:
     """The numbers of flow.json that come from the run; SI."""
     return {
-        "stepping": "leaps over free flight" if logger.forecast else "plain", "dt_s": plan.dt_s, "dt_over_P": plan.dt_over_P,
+        "stepping": "leaps over free flight" if logger.forecast else "plain",
+        "dt_s": plan.dt_s,
+        "dt_over_P": plan.dt_over_P,
         "calibration": {"shot_target": plan.shot_target._asdict(), "shot_shot": plan.shot_shot._asdict()},
-        "steps": logger.step - stream.first_step, "executed_steps": logger.executed, "simulated_s": logger.clock(), "peak_live_shots": stream.peak_live,
-        "arrived": stream.next, "impacts": impacts, "dropped": stream.dropped, "in_flight": len(logger.live),
+        "steps": logger.step - stream.first_step,
+        "executed_steps": logger.executed,
+        "simulated_s": logger.clock(),
+        "peak_live_shots": stream.peak_live,
+        "arrived": stream.next,
+        "impacts": impacts,
+        "dropped": stream.dropped,
+        "in_flight": len(logger.live),
         "shots_that_never_struck": stream.never_struck + sum(s.impacts == 0 for s in logger.live.values()),
         "shot_shot_collisions": logger.collisions,
         "top_speed_m_s": logger.top_speed,
@@ -124,21 +145,33 @@ def summary(plan, stream, logger, impacts: int) -> dict:
 def run(args, report: dict) -> None:
     scene = read_scene(args.scene, preset=args.accuracy)
     restitution = restitution_of(scene, args.restitution)
-    plan = plan_run(scene, restitution, args.dt_over_P or scene.accuracy.flow_dt_over_P, guarded=not args.unguarded)
+    plan = plan_run(
+        scene, restitution, args.dt_over_P or scene.accuracy.flow_dt_over_P, guarded=not args.unguarded
+    )
     arrivals = arrivals_of(scene, args)
     scene_hash = shots_leaving.scene_hash(scene)
     report.update(scene_hash=scene_hash, seed=scene.seed, restitution=restitution)
 
     material = build(plan.shot, plan.target, *plan.laws, dt_s=plan.dt_s, sweep_m=0.5 * scene.shots.diameter_m)
-    writer = impact_writer(args.out / "impacts.csv", {
-        "scene_hash": scene_hash, "model": "dem", "restitution": restitution, "dt_over_P": plan.dt_over_P})
+    writer = impact_writer(
+        args.out / "impacts.csv",
+        {"scene_hash": scene_hash, "model": "dem", "restitution": restitution, "dt_over_P": plan.dt_over_P},
+    )
 
     def emit(rows):
         writer.write((writer.rows_written + i, *row) for i, row in enumerate(rows))
 
-    logger = ImpactLogger(emit, dt_s=plan.dt_s, speed_limit_m_s=SPEED_LIMIT * scene.nozzle.speed_m_s, leap=not args.plain)
-    stream = Stream(scene, arrivals, logger, material, plan.dt_s,
-                    **({} if args.jet_margin is None else {"jet_margin_radii": args.jet_margin}))
+    logger = ImpactLogger(
+        emit, dt_s=plan.dt_s, speed_limit_m_s=SPEED_LIMIT * scene.nozzle.speed_m_s, leap=not args.plain
+    )
+    stream = Stream(
+        scene,
+        arrivals,
+        logger,
+        material,
+        plan.dt_s,
+        **({} if args.jet_margin is None else {"jet_margin_radii": args.jet_margin}),
+    )
     flight_s = scene.nozzle.stand_off_m / scene.nozzle.speed_m_s
     try:
         simulate(stream, logger, writer, float(arrivals["time_s"][-1]) + flight_s, TAIL_FLIGHTS * flight_s)
@@ -193,6 +226,9 @@ def _plain(value):
 
 
 if __name__ == "__main__":
-    for number in (signal.SIGTERM, signal.SIGINT):  # leave through `finally`: the log so far and flow.json stay
+    for number in (
+        signal.SIGTERM,
+        signal.SIGINT,
+    ):  # leave through `finally`: the log so far and flow.json stay
         signal.signal(number, lambda *_: sys.exit(3))
     sys.exit(main())

@@ -26,8 +26,20 @@ from glue.scene.model import Scene
 TITLE = "shot arrivals"
 COLUMNS = np.dtype(
     [("shot_id", INTEGER)]
-    + [(name, REAL) for name in ("time_s", "x_m", "y_m", "z_m", "vx_m_s", "vy_m_s", "vz_m_s",
-                                 "diameter_m", "density_kg_m3")]
+    + [
+        (name, REAL)
+        for name in (
+            "time_s",
+            "x_m",
+            "y_m",
+            "z_m",
+            "vx_m_s",
+            "vy_m_s",
+            "vz_m_s",
+            "diameter_m",
+            "density_kg_m3",
+        )
+    ]
     + [(name, INTEGER) for name in ("nozzle_id", "pass_id", "medium")]
 )
 
@@ -55,7 +67,7 @@ def smallest_diameter_m(scene: Scene) -> float:
 
 
 def draw_arrivals(scene: Scene) -> np.ndarray:
-    """Shots leaving the nozzle in [0, exposure), a structured array of ``COLUMNS``, shape (n,), sorted by time.
+    """Shots leaving the nozzle in [0, exposure), sorted by time: structured (``COLUMNS``), shape (n,).
 
     ``time_s`` is when the shot's centre crosses the nozzle's exit plane (the disc perpendicular to the
     flight, ``stand_off_m`` before the origin) and the position is where; all fly at the same velocity,
@@ -65,11 +77,14 @@ def draw_arrivals(scene: Scene) -> np.ndarray:
     Raises InputError when the stream is so dense that shots cannot be placed without overlap.
     """
     if scene.expected_shots > MAX_SHOTS:
-        raise InputError(f"the scene feeds {scene.expected_shots:.3g} shots; at most {MAX_SHOTS:.0e} can be drawn:"
-                         " shorten exposure_time_s")
+        raise InputError(
+            f"the scene feeds {scene.expected_shots:.3g} shots; at most {MAX_SHOTS:.0e} can be drawn:"
+            " shorten exposure_time_s"
+        )
     # separate streams, so that redrawing positions leaves times and sizes as they are
-    of_time, of_place, of_size = (np.random.Generator(np.random.PCG64(s))
-                                  for s in np.random.SeedSequence(scene.seed).spawn(3))
+    of_time, of_place, of_size = (
+        np.random.Generator(np.random.PCG64(s)) for s in np.random.SeedSequence(scene.seed).spawn(3)
+    )
     times = _poisson_times(of_time, scene.shot_rate_1_s, scene.exposure_time_s)
     n = len(times)
     diameters = _diameters(of_size, scene, n)
@@ -141,12 +156,18 @@ def _place(rng, scene: Scene, times: np.ndarray, diameters: np.ndarray) -> np.nd
         if not len(late):
             return across
         across[late] = radius * _in_disc(rng, len(late))
-    share = scene.shot_rate_1_s * math.pi / 6.0 * scene.shots.diameter_m**3 / (
-        math.pi * radius**2 * scene.nozzle.speed_m_s)
+    share = (
+        scene.shot_rate_1_s
+        * math.pi
+        / 6.0
+        * scene.shots.diameter_m**3
+        / (math.pi * radius**2 * scene.nozzle.speed_m_s)
+    )
     raise InputError(
         f"shot stream too dense: {len(late)} of {len(times)} shots still overlap another at the nozzle after"
         f" {MAX_REDRAWS} draws (shots fill {share:.1%} of the jet): lower mass_flow_kg_s, or raise speed_m_s"
-        " or jet_diameter_m")
+        " or jet_diameter_m"
+    )
 
 
 def overlapping(along: np.ndarray, across: np.ndarray, diameters: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The shot stream as contact simulation in YADE: draws the arrivals, runs ``yade_scripts/shot_flow.py``, reads its log."""
+"""The shot stream in YADE: draws the arrivals, runs ``yade_scripts/shot_flow.py``, reads its log."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def run_dem(
     shot_target_restitution: float,
     progress: Callable[[float, str], None] | None = None,
 ) -> FlowResult:
-    """Simulate every shot of ``scene`` in YADE; writes arrivals.csv, impacts.csv, flow.json and flow.log into ``out``.
+    """Simulate every shot of ``scene``; writes arrivals.csv, impacts.csv, flow.json, flow.log into ``out``.
 
     ``scene_file`` is the file that ``scene`` was read from: YADE reads it again, and refuses arrivals of
     another scene.  ``info`` holds model, collision_number (Pi_eff), impacts, mean_normal_speed_m_s,
@@ -60,23 +60,45 @@ def run_dem(
         if progress and (found := _PROGRESS.match(line)):
             progress(float(found[1]), f"{float(found[2]):.0f} s left in YADE")
 
-    args = [str(Path(scene_file).resolve()), str(out), "--arrivals", str(arrivals_path),
-            "--restitution", repr(float(shot_target_restitution)), "--accuracy", scene.accuracy.preset]
+    args = [
+        str(Path(scene_file).resolve()),
+        str(out),
+        "--arrivals",
+        str(arrivals_path),
+        "--restitution",
+        repr(float(shot_target_restitution)),
+        "--accuracy",
+        scene.accuracy.preset,
+    ]
     try:
-        done = solvers.run_yade(solvers.repo_root() / "yade_scripts" / "shot_flow.py", args, cwd=out,
-                                log=out / "flow.log", on_line=on_line, outputs=(impacts_path, report_path))
+        done = solvers.run_yade(
+            solvers.repo_root() / "yade_scripts" / "shot_flow.py",
+            args,
+            cwd=out,
+            log=out / "flow.log",
+            on_line=on_line,
+            outputs=(impacts_path, report_path),
+        )
     except SolverFailed as e:
         raise _explained(e, report_path) from None
     try:
         impacts, header = read_impacts(impacts_path)
         report = json.loads(report_path.read_text())
     except (InputError, ValueError) as e:  # what YADE wrote is no input of the user's
-        raise SolverFailed("YADE ended well, but what it wrote cannot be used", cause=str(e), log=done.log) from None
+        raise SolverFailed(
+            "YADE ended well, but what it wrote cannot be used", cause=str(e), log=done.log
+        ) from None
     if header.get("scene_hash") != digest:
-        raise SolverFailed("the impact log is of another scene", cause=f"scene hash {header.get('scene_hash')}",
-                           log=done.log)
-    info = {**report, **stream_numbers(impacts, scene.nozzle.speed_m_s),
-            "model": "dem", "collision_number": numbers["pi_eff"], "wall_s": done.wall_s}
+        raise SolverFailed(
+            "the impact log is of another scene", cause=f"scene hash {header.get('scene_hash')}", log=done.log
+        )
+    info = {
+        **report,
+        **stream_numbers(impacts, scene.nozzle.speed_m_s),
+        "model": "dem",
+        "collision_number": numbers["pi_eff"],
+        "wall_s": done.wall_s,
+    }
     return FlowResult(impacts_path, impacts, arrivals_path, info)
 
 
@@ -92,7 +114,17 @@ def _explained(error: SolverFailed, report_path: Path) -> Exception:
     if kind == "input":
         return InputError(cause)
     if kind == "check":
-        return NotConverged("the shot stream's own checks failed", cause=cause, log=error.log, tail=error.tail,
-                            advice="a smaller time step: accuracy.preset = \"reference\"")
-    return SolverFailed(error.what, cause=f"{error.cause} ({cause})" if kind == "stopped" else cause,
-                        log=error.log, tail=error.tail, advice=error.advice)
+        return NotConverged(
+            "the shot stream's own checks failed",
+            cause=cause,
+            log=error.log,
+            tail=error.tail,
+            advice='a smaller time step: accuracy.preset = "reference"',
+        )
+    return SolverFailed(
+        error.what,
+        cause=f"{error.cause} ({cause})" if kind == "stopped" else cause,
+        log=error.log,
+        tail=error.tail,
+        advice=error.advice,
+    )

@@ -23,12 +23,27 @@ import numpy as np
 from glue.flow.table import INTEGER, REAL, TableWriter, read_table, write_table
 
 TITLE = "impact log"
-_MOTION = [f"{q}{axis}_{when}_{unit}" for when in ("in", "out") for q, unit in (("v", "m_s"), ("w", "rad_s"))
-           for axis in "xyz"]
+_MOTION = [
+    f"{q}{axis}_{when}_{unit}"
+    for when in ("in", "out")
+    for q, unit in (("v", "m_s"), ("w", "rad_s"))
+    for axis in "xyz"
+]
 COLUMNS = np.dtype(
     [("impact_id", INTEGER), ("shot_id", INTEGER)]
-    + [(name, REAL) for name in ("time_s", "duration_s", "x_m", "y_m", *_MOTION,
-                                 "diameter_m", "density_kg_m3", "peak_force_N")]
+    + [
+        (name, REAL)
+        for name in (
+            "time_s",
+            "duration_s",
+            "x_m",
+            "y_m",
+            *_MOTION,
+            "diameter_m",
+            "density_kg_m3",
+            "peak_force_N",
+        )
+    ]
     + [("collisions_before", INTEGER)]
     + [(name, REAL) for name in ("z_m", "nx", "ny", "nz")]
     + [(name, INTEGER) for name in ("nozzle_id", "pass_id", "medium")]
@@ -60,8 +75,12 @@ def stream_numbers(impacts: np.ndarray, speed_m_s: float) -> dict:
     ``collided_fraction`` share of the shots' first impacts that came after a collision;
     ``mean_normal_energy_fraction`` mean of vz^2 over the nozzle speed squared.  None without impacts.
     """
-    numbers = {"impacts": len(impacts), "mean_normal_speed_m_s": None, "collided_fraction": None,
-               "mean_normal_energy_fraction": None}
+    numbers = {
+        "impacts": len(impacts),
+        "mean_normal_speed_m_s": None,
+        "collided_fraction": None,
+        "mean_normal_energy_fraction": None,
+    }
     if len(impacts):
         first = np.unique(impacts["shot_id"], return_index=True)[1]  # the log is in order of time
         normal = np.abs(impacts["vz_in_m_s"])

@@ -28,8 +28,13 @@ def collision_number(scene: Scene, restitution: float) -> dict[str, float]:
         raise InputError(f"restitution {restitution}: must lie in (0, 1]")
     nozzle, shots = scene.nozzle, scene.shots
     area = math.pi / 4.0 * nozzle.jet_diameter_m**2
-    pi = 6.0 * nozzle.mass_flow_kg_s * nozzle.stand_off_m * (1.0 + restitution) / (
-        shots.density_kg_m3 * shots.diameter_m * area * nozzle.speed_m_s * restitution)
+    pi = (
+        6.0
+        * nozzle.mass_flow_kg_s
+        * nozzle.stand_off_m
+        * (1.0 + restitution)
+        / (shots.density_kg_m3 * shots.diameter_m * area * nozzle.speed_m_s * restitution)
+    )
     cosine = abs(nozzle.direction[0])
     away = _OBLIQUE * nozzle.jet_diameter_m / (nozzle.stand_off_m * cosine) if cosine > 0.0 else math.inf
     pi_eff = pi * min(1.0, away)

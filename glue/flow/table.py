@@ -42,7 +42,10 @@ class TableWriter:
         self.path.unlink(missing_ok=True)  # a failed run must not leave an older run's log behind
         self._file = open(self.part, "w", encoding="utf-8", newline="")
         lines = [f"# {title}, schema {SCHEMA}"]
-        lines += [f"# {key} = {json.dumps(value)}" for key, value in {"units": "SI, in the column names", **header}.items()]
+        lines += [
+            f"# {key} = {json.dumps(value)}"
+            for key, value in {"units": "SI, in the column names", **header}.items()
+        ]
         self._file.write("\n".join(lines) + "\n" + ",".join(dtype.names) + "\n")
 
     def write(self, rows) -> None:
@@ -75,7 +78,9 @@ def write_table(path: Path, title: str, array: np.ndarray, header: dict) -> None
     writer.finish()
 
 
-def read_table(path: Path, title: str, dtype: np.dtype, *, allow_truncated: bool = False) -> tuple[np.ndarray, dict]:
+def read_table(
+    path: Path, title: str, dtype: np.dtype, *, allow_truncated: bool = False
+) -> tuple[np.ndarray, dict]:
     """Read a table written by ``TableWriter``: (structured array of shape (n,), header dict).
 
     Raises InputError when the file is missing, of another kind or schema, has other columns, or is
@@ -96,9 +101,11 @@ def read_table(path: Path, title: str, dtype: np.dtype, *, allow_truncated: bool
     header = _header(path, lines[1:first])
     columns = lines[first].split(",") if first < len(lines) else []
     if columns != list(dtype.names):
-        raise InputError(f"{path}: columns are {', '.join(columns) or 'missing'}; expected {', '.join(dtype.names)}")
+        raise InputError(
+            f"{path}: columns are {', '.join(columns) or 'missing'}; expected {', '.join(dtype.names)}"
+        )
 
-    rows = lines[first + 1:]
+    rows = lines[first + 1 :]
     last = rows.pop() if rows else ""  # what follows the last newline: empty unless a row was cut in writing
     footer = rows.pop() if rows and rows[-1].startswith("# end n=") else None
     if footer is None and not allow_truncated:
@@ -108,7 +115,9 @@ def read_table(path: Path, title: str, dtype: np.dtype, *, allow_truncated: bool
     if not rows:
         return np.empty(0, dtype), header
     try:
-        return np.loadtxt(io.StringIO("\n".join(rows)), dtype=dtype, delimiter=",", comments=None, ndmin=1), header
+        return np.loadtxt(
+            io.StringIO("\n".join(rows)), dtype=dtype, delimiter=",", comments=None, ndmin=1
+        ), header
     except ValueError as e:
         raise InputError(f"{path}: a row cannot be read: {e}") from None
 

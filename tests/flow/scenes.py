@@ -12,17 +12,31 @@ def bare_scene(**changes) -> model.Scene:
 
     A change goes to whichever part of the scene has that field.
     """
-    aluminium = model.Material("al2024-t351", "2024-T351", 73.1e9, 0.33, 2780.0, model.JohnsonCook(369e6, 684e6, 0.73),
-                               model.CombinedHardening(300e6, 50e6, 10.0, ((100e6, 50.0),)), "test", "test", "C")
+    aluminium = model.Material(
+        "al2024-t351",
+        "2024-T351",
+        73.1e9,
+        0.33,
+        2780.0,
+        model.JohnsonCook(369e6, 684e6, 0.73),
+        model.CombinedHardening(300e6, 50e6, 10.0, ((100e6, 50.0),)),
+        "test",
+        "test",
+        "C",
+    )
     auto = model.Choice("dem", "test")
     scene = model.Scene(
-        name="bare", seed=1, exposure_time_s=0.02,
+        name="bare",
+        seed=1,
+        exposure_time_s=0.02,
         shots=model.Shots("S390", 1e-3, 7800.0, 210e9, 0.3, "mono", 0.0, "steel", "test", "C"),
         nozzle=model.Nozzle(60.0, 5.0 / 60.0, 0.020, 0.10, 90.0),
         target=model.Target(aluminium, (0.004, 0.004)),
-        restitution=model.Restitution(0.6, 0.8), friction=model.Friction(0.2, 0.2),
+        restitution=model.Restitution(0.6, 0.8),
+        friction=model.Friction(0.2, 0.2),
         models=model.Models(auto, auto, auto),
-        accuracy=model.Accuracy("balanced", 1.0, 6, 4.0, 8, 3, 20.0, 16.0))
+        accuracy=model.Accuracy("balanced", 1.0, 6, 4.0, 8, 3, 20.0, 16.0),
+    )
     for part_name in ("shots", "nozzle", "restitution", "friction", "accuracy"):
         part = getattr(scene, part_name)
         own = {k: changes.pop(k) for k in [f.name for f in dataclasses.fields(part)] if k in changes}

@@ -31,8 +31,11 @@ def clearances(shots, speed):
     for i in range(len(shots)):
         j = slice(max(0, i - 60), i)
         reach = 0.5 * (shots["diameter_m"][i] + shots["diameter_m"][j])
-        gap2 = ((along[i] - along[j]) ** 2 + (shots["x_m"][i] - shots["x_m"][j]) ** 2
-                + (shots["y_m"][i] - shots["y_m"][j]) ** 2)
+        gap2 = (
+            (along[i] - along[j]) ** 2
+            + (shots["x_m"][i] - shots["x_m"][j]) ** 2
+            + (shots["y_m"][i] - shots["y_m"][j]) ** 2
+        )
         if i:
             least = min(least, (np.sqrt(gap2) / reach).min())
     return least
@@ -130,7 +133,11 @@ def test_same_bits_under_debian_python(tmp_path):
     """YADE's interpreter (numpy 1.24) and the virtual environment (numpy 2) draw identical shots."""
     out = set()
     for python in ("/usr/bin/python3", sys.executable):
-        env = {**os.environ, "PYTHONPATH": f"{REPO}:{REPO / 'tests' / 'flow'}", "PYTHONDONTWRITEBYTECODE": "1"}
+        env = {
+            **os.environ,
+            "PYTHONPATH": f"{REPO}:{REPO / 'tests' / 'flow'}",
+            "PYTHONDONTWRITEBYTECODE": "1",
+        }
         done = subprocess.run([python, "-c", DRAW], env=env, capture_output=True, text=True)
         if python == "/usr/bin/python3" and "No module named 'numpy'" in done.stderr:
             pytest.skip("Debian's python3-numpy is not installed")

@@ -6,9 +6,12 @@ import pytest
 from glue.errors import InputError
 from glue.flow import impacts
 
-DESIGN = ("impact_id shot_id time_s duration_s x_m y_m vx_in_m_s vy_in_m_s vz_in_m_s wx_in_rad_s wy_in_rad_s wz_in_rad_s"
-          " vx_out_m_s vy_out_m_s vz_out_m_s wx_out_rad_s wy_out_rad_s wz_out_rad_s diameter_m density_kg_m3 peak_force_N"
-          " collisions_before z_m nx ny nz nozzle_id pass_id medium").split()
+DESIGN = (
+    "impact_id shot_id time_s duration_s x_m y_m"
+    " vx_in_m_s vy_in_m_s vz_in_m_s wx_in_rad_s wy_in_rad_s wz_in_rad_s"
+    " vx_out_m_s vy_out_m_s vz_out_m_s wx_out_rad_s wy_out_rad_s wz_out_rad_s"
+    " diameter_m density_kg_m3 peak_force_N collisions_before z_m nx ny nz nozzle_id pass_id medium"
+).split()
 
 
 @pytest.fixture
@@ -16,7 +19,11 @@ def log():
     rng = np.random.default_rng(7)
     rows = np.zeros(50, impacts.COLUMNS)
     for name in rows.dtype.names:
-        rows[name] = rng.integers(0, 9, 50) if rows.dtype[name].kind == "i" else rng.normal(size=50) * 10.0**rng.integers(-9, 9)
+        rows[name] = (
+            rng.integers(0, 9, 50)
+            if rows.dtype[name].kind == "i"
+            else rng.normal(size=50) * 10.0 ** rng.integers(-9, 9)
+        )
     rows["peak_force_N"][3] = np.nan  # models without forces
     return rows
 
@@ -45,12 +52,12 @@ def test_empty_log(tmp_path):
 def test_truncated_is_refused_unless_asked(log, tmp_path, cut):
     path = tmp_path / "impacts.csv"
     impacts.write_impacts(path, log, {})
-    text = path.read_text()[:-len("# end n=50\n")]
+    text = path.read_text()[: -len("# end n=50\n")]
     path.write_text(text[:-cut])
     with pytest.raises(InputError, match="truncated"):
         impacts.read_impacts(path)
     rows, _ = impacts.read_impacts(path, allow_truncated=True)
-    assert 0 < len(rows) < 50 and rows.tobytes() == log[:len(rows)].tobytes()
+    assert 0 < len(rows) < 50 and rows.tobytes() == log[: len(rows)].tobytes()
 
 
 def test_damage_and_foreign_files_are_refused(log, tmp_path):
@@ -58,13 +65,15 @@ def test_damage_and_foreign_files_are_refused(log, tmp_path):
     impacts.write_impacts(path, log, {})
     good = path.read_text()
     lines = good.split("\n")
-    for text, reason in [("\n".join(lines[:10] + lines[11:]), "damaged.*n=50"),
-                         (good + "1,2,3", "damaged"),
-                         (good.replace("schema 1", "schema 2"), "no impact log of schema 1"),
-                         (good.replace("vz_in_m_s", "vz"), "columns are"),
-                         (good.replace("impact log", "shot arrivals"), "no impact log"),
-                         (good.replace(lines[6], "junk," + lines[6].split(",", 1)[1]), "cannot be read"),
-                         ("", "no impact log")]:
+    for text, reason in [
+        ("\n".join(lines[:10] + lines[11:]), "damaged.*n=50"),
+        (good + "1,2,3", "damaged"),
+        (good.replace("schema 1", "schema 2"), "no impact log of schema 1"),
+        (good.replace("vz_in_m_s", "vz"), "columns are"),
+        (good.replace("impact log", "shot arrivals"), "no impact log"),
+        (good.replace(lines[6], "junk," + lines[6].split(",", 1)[1]), "cannot be read"),
+        ("", "no impact log"),
+    ]:
         path.write_text(text)
         with pytest.raises(InputError, match=reason):
             impacts.read_impacts(path)

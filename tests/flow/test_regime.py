@@ -1,4 +1,4 @@
-"""Collision number against the values measured for the reference stream (1 mm, 60 m/s, 20 mm jet, 100 mm, e .6)."""
+"""Collision number against values measured in YADE (1 mm, 60 m/s, 20 mm jet, 100 mm stand-off, e .6)."""
 
 import pytest
 
@@ -6,9 +6,16 @@ from glue.errors import InputError
 from glue.flow.regime import collision_number
 
 
-@pytest.mark.parametrize("kg_min, pi, collisions, within",
-                         [(0.02, 0.0036, 0.0036, 0.03), (0.1, 0.018, 0.017, 0.05), (1.0, 0.18, 0.143, 0.09),
-                          (5.0, 0.907, 0.419, 0.09), (10.0, 1.8, 0.576, 0.09)])
+@pytest.mark.parametrize(
+    "kg_min, pi, collisions, within",
+    [
+        (0.02, 0.0036, 0.0036, 0.03),
+        (0.1, 0.018, 0.017, 0.05),
+        (1.0, 0.18, 0.143, 0.09),
+        (5.0, 0.907, 0.419, 0.09),
+        (10.0, 1.8, 0.576, 0.09),
+    ],
+)
 def test_normal_incidence(make_scene, kg_min, pi, collisions, within):
     got = collision_number(make_scene(mass_flow_kg_s=kg_min / 60), 0.6)
     assert got["pi"] == pytest.approx(pi, rel=0.015)  # two printed digits

@@ -150,7 +150,9 @@ def test_too_large_a_step_is_refused_and_caught(tmp_path):
     failed, report, log = shot_flow(tmp_path / "refused", "--restitution", "0.6", "--dt-over-P", "5.5")
     assert failed and report["kind"] == "input" and "must lie in (0, 1.5]" in report["cause"]
     # past the guards before the run, those of the run must stop it: kinetic energy rises without limit
-    failed, report, log = shot_flow(tmp_path / "caught", "--restitution", "0.94", "--dt-over-P", "12", "--unguarded")
+    failed, report, log = shot_flow(
+        tmp_path / "caught", "--restitution", "0.94", "--dt-over-P", "12", "--unguarded"
+    )
     assert failed and report["status"] == "failed" and report["kind"] == "check"
     assert "time step is too large" in report["cause"] and report["cause"] in log
     out = tmp_path / "caught" / "out"
@@ -158,13 +160,16 @@ def test_too_large_a_step_is_refused_and_caught(tmp_path):
     read_impacts(out / "impacts.csv.part", allow_truncated=True)
 
 
-@pytest.mark.parametrize("args, words", [
-    ([], "give its value with --restitution"),
-    (["--restitution", "0.97"], "(0, 0.94] or exactly 1"),
-    (["--restitution", "nan"], "(0, 0.94] or exactly 1"),
-    (["--restitution", "0.6", "--exposure", "0"], "no shot leaves the nozzle"),
-    (["--restitution", "0.6", "--accuracy", "fine"], "fine"),
-])
+@pytest.mark.parametrize(
+    "args, words",
+    [
+        ([], "give its value with --restitution"),
+        (["--restitution", "0.97"], "(0, 0.94] or exactly 1"),
+        (["--restitution", "nan"], "(0, 0.94] or exactly 1"),
+        (["--restitution", "0.6", "--exposure", "0"], "no shot leaves the nozzle"),
+        (["--restitution", "0.6", "--accuracy", "fine"], "fine"),
+    ],
+)
 def test_bad_input_is_refused(tmp_path, args, words):
     failed, report, log = shot_flow(tmp_path, *args)
     assert failed and report["kind"] == "input" and words in report["cause"]
@@ -172,8 +177,14 @@ def test_bad_input_is_refused(tmp_path, args, words):
 
 
 def test_arrivals_of_another_scene_are_refused(short, tmp_path):
-    failed, report, _ = shot_flow(tmp_path, "--restitution", "0.6", "--arrivals", str(short.arrivals_path),
-                                  scene=write_scene(tmp_path, angle=80.0))
+    failed, report, _ = shot_flow(
+        tmp_path,
+        "--restitution",
+        "0.6",
+        "--arrivals",
+        str(short.arrivals_path),
+        scene=write_scene(tmp_path, angle=80.0),
+    )
     assert failed and "another scene" in report["cause"]
 
 
@@ -185,9 +196,11 @@ def test_nozzle_too_near_is_refused(tmp_path):
 
 def test_no_listening_socket_is_left(tmp_path):
     script = tmp_path / "sockets.py"
-    script.write_text(f"import sys\nsys.path[:0] = [{str(SCRIPTS)!r}, {str(SCRIPTS.parent)!r}]\nimport session\n"
-                      "print('before', len(session.listening_sockets()))\nimport shot_flow\n"
-                      "print('after', len(session.listening_sockets()))\n")
+    script.write_text(
+        f"import sys\nsys.path[:0] = [{str(SCRIPTS)!r}, {str(SCRIPTS.parent)!r}]\nimport session\n"
+        "print('before', len(session.listening_sockets()))\nimport shot_flow\n"
+        "print('after', len(session.listening_sockets()))\n"
+    )
     solvers.run_yade(script, [], cwd=tmp_path, log=tmp_path / "log.txt")
     text = (tmp_path / "log.txt").read_text()
     assert "before 2" in text and "after 0" in text
@@ -197,9 +210,23 @@ def test_a_stopped_run_keeps_its_log_as_part(tmp_path):
     scene = write_scene(tmp_path)
     scene.write_text(scene.read_text().replace("exposure_time_s = 0.006", "exposure_time_s = 5.0"))
     out = tmp_path / "out"
-    child = subprocess.Popen([solvers.find_yade(), "-n", "-x", str(SCRIPTS / "shot_flow.py"), str(scene), str(out),
-                              "--restitution", "0.6"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
-                             stdin=subprocess.DEVNULL, env={**os.environ, "PYTHONPATH": str(SCRIPTS.parent)})
+    child = subprocess.Popen(
+        [
+            solvers.find_yade(),
+            "-n",
+            "-x",
+            str(SCRIPTS / "shot_flow.py"),
+            str(scene),
+            str(out),
+            "--restitution",
+            "0.6",
+        ],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        stdin=subprocess.DEVNULL,
+        env={**os.environ, "PYTHONPATH": str(SCRIPTS.parent)},
+    )
     try:
         begun = time.monotonic()
         for line in child.stdout:
@@ -215,10 +242,16 @@ def test_a_stopped_run_keeps_its_log_as_part(tmp_path):
     assert json.loads((out / "flow.json").read_text())["kind"] == "stopped"
 
 
-@pytest.mark.parametrize("check", sorted(p.stem for p in (SCRIPTS / "checks").glob("*.py") if p.stem != "rows"))
+@pytest.mark.parametrize(
+    "check", sorted(p.stem for p in (SCRIPTS / "checks").glob("*.py") if p.stem != "rows")
+)
 def test_checks_pass(check, tmp_path):
-    solvers.run_yade(SCRIPTS / "checks" / f"{check}.py", ["--json", str(tmp_path / "rows.json")], cwd=tmp_path,
-                     log=tmp_path / "log.txt")
+    solvers.run_yade(
+        SCRIPTS / "checks" / f"{check}.py",
+        ["--json", str(tmp_path / "rows.json")],
+        cwd=tmp_path,
+        log=tmp_path / "log.txt",
+    )
     rows = json.loads((tmp_path / "rows.json").read_text())["rows"]
     assert len(rows) >= 10 and all(r["passed"] for r in rows)
     assert f"{len(rows)}/{len(rows)} passed" in (tmp_path / "log.txt").read_text()

@@ -22,8 +22,16 @@ KNOWN = {1.0: (3.36768, 4.4616e-6), 0.1: (0.212486, 7.0712e-6)}  # m/s: N, s
 
 rows = Rows("elastic impact against Hertz, dt .05 P")
 for speed in (0.1, 1.0, 60.0, 300.0):
-    got, = measure_rebounds(STEEL, ALUMINIUM, pair="target", en=1.0, speed_m_s=speed, diameter_m=1e-3,
-                            dt_s=0.05 * p_wave_step_s(1e-3, STEEL), phases=1)
+    (got,) = measure_rebounds(
+        STEEL,
+        ALUMINIUM,
+        pair="target",
+        en=1.0,
+        speed_m_s=speed,
+        diameter_m=1e-3,
+        dt_s=0.05 * p_wave_step_s(1e-3, STEEL),
+        phases=1,
+    )
     exact = hertz.impact(0.5e-3, STEEL.density_kg_m3, speed, contact_modulus_Pa(STEEL, ALUMINIUM))
     rows.near(f"peak force [N], {speed:g} m/s", got.peak_force_N, exact.force_N, 0.005)
     rows.near(f"duration [s], {speed:g} m/s", got.duration_s, exact.contact_time_s, 0.005)

@@ -38,20 +38,46 @@ def refused(restitution=0.34, dt_over_P=1.0, **shots) -> str:
 rows = Rows("time step of the contact")
 rows.near("P-wave step of 1 mm steel [s]", P, 9.64e-8, 0.001)
 for dt_over_P, drift, spread in ((0.1, 0.001, 0.002), (0.3, 0.003, 0.006), (1.0, 0.01, 0.02)):
-    e = [r.restitution for r in measure_rebounds(STEEL, ALUMINIUM, pair="target", en=0.6, speed_m_s=60.0,
-                                                 diameter_m=1e-3, dt_s=dt_over_P * P, phases=16)]
+    e = [
+        r.restitution
+        for r in measure_rebounds(
+            STEEL,
+            ALUMINIUM,
+            pair="target",
+            en=0.6,
+            speed_m_s=60.0,
+            diameter_m=1e-3,
+            dt_s=dt_over_P * P,
+            phases=16,
+        )
+    ]
     mean = sum(e) / len(e)
-    rows.below(f"dt {dt_over_P} P: drift of the mean rebound, en .6", abs(mean / 0.6 - 1), drift, f"mean {mean:.4f}")
-    rows.below(f"dt {dt_over_P} P: half spread over the mean", 0.5 * (max(e) - min(e)) / mean, spread,
-               f"{min(e):.4f}-{max(e):.4f}")
+    rows.below(
+        f"dt {dt_over_P} P: drift of the mean rebound, en .6", abs(mean / 0.6 - 1), drift, f"mean {mean:.4f}"
+    )
+    rows.below(
+        f"dt {dt_over_P} P: half spread over the mean",
+        0.5 * (max(e) - min(e)) / mean,
+        spread,
+        f"{min(e):.4f}-{max(e):.4f}",
+    )
 small = SCENE.shots.diameter_m * (1 - 2.5 * 0.1)
 mixed = dataclasses.replace(SCENE, shots=dataclasses.replace(SCENE.shots, size="distribution", size_cv=0.1))
-rows.near("mixed sizes: the step follows the smallest shot [s]", plan_run(mixed, 0.34, 1.0).dt_s,
-          p_wave_step_s(small, STEEL), 1e-12)
+rows.near(
+    "mixed sizes: the step follows the smallest shot [s]",
+    plan_run(mixed, 0.34, 1.0).dt_s,
+    p_wave_step_s(small, STEEL),
+    1e-12,
+)
 rows.true("the working step is accepted", not refused())
-for name, wrong in {"dt 2 P": dict(dt_over_P=2.0), "dt 0": dict(dt_over_P=0.0), "restitution 0": dict(restitution=0.0),
-                    "restitution .97": dict(restitution=0.97), "a softened shot, E / 1000": dict(E_Pa=210e6),
-                    "sizes down to nothing, cv .4": dict(size="distribution", size_cv=0.4)}.items():
+for name, wrong in {
+    "dt 2 P": dict(dt_over_P=2.0),
+    "dt 0": dict(dt_over_P=0.0),
+    "restitution 0": dict(restitution=0.0),
+    "restitution .97": dict(restitution=0.97),
+    "a softened shot, E / 1000": dict(E_Pa=210e6),
+    "sizes down to nothing, cv .4": dict(size="distribution", size_cv=0.4),
+}.items():
     reason = refused(**wrong)
     rows.true(f"refused before the run: {name}", bool(reason), reason[:90])
 rows.finish()

@@ -100,12 +100,3 @@ def test_section_image_fills_its_rectangle_and_is_mirrored(block):
     assert np.flatnonzero(~white[:, width // 4])[0] == pytest.approx(height / 6, abs=2)
     assert not white[height // 6 + 3 :].any()
     assert np.abs(image - image[:, ::-1]).mean() < 1.0  # of 255 levels
-
-
-def test_dimple_section_is_written(tmp_path, block):
-    profile = np.linspace(0.0, 2e-3, 50)
-    path = section.dimple_section(
-        tmp_path / "dimple.png", *block, radius_m=0.2e-3, shot_diameter_m=1e-3, profile_r_m=profile,
-        profile_z_m=-5e-5 * np.exp(-((profile / 0.2e-3) ** 2)),
-    )  # fmt: skip
-    assert min(png_size(path)) > 500

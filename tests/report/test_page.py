@@ -139,7 +139,7 @@ ALL = {
 
 
 @pytest.mark.parametrize(
-    "complete", [{"dimple", "flow", "coverage", "target", "surface"}, {"dimple", "flow"}, set()]
+    "complete", [{"dimple", "flow", "coverage", "target", "surface"}, {"flow", "target"}, set()]
 )
 def test_report_of_what_there_is(run, complete):
     scene = read_scene(example_path("al2024-s390"))

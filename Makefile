@@ -8,13 +8,14 @@ PYTHON   ?= /usr/bin/python3
 # g++, libfreefem++-dev: ff-c++ for the kernels. libegl1, libgl1, libxrender1: pyvista draws off-screen and aborts without.
 PACKAGES := yade freefem++ libfreefem++ libfreefem++-dev g++ python3-venv libegl1 libgl1 libxrender1
 BIN      := .venv/bin
+YADE_CHECKS := $(filter-out rows,$(basename $(notdir $(wildcard yade_scripts/checks/*.py))))
 STAMP    := .venv/.ready
 SUDO     := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 
 export OMP_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup peen test plugin doctor
+.PHONY: help setup peen test plugin doctor checks
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -47,3 +48,11 @@ plugin: setup ## compile the FreeFEM kernels into build/plugin (skipped when up 
 
 doctor: setup ## versions; do the plugins load, do both solvers answer
 	@$(BIN)/peen doctor
+
+# YADE leaves a temporary folder per run: it gets one that goes with it.
+checks: plugin ## exact checks of both codes: restitution, Hertz, time step, conservation; Hill sphere, uniaxial cycle
+	@mkdir -p build/checks; status=0; scratch=$$(mktemp -d); \
+	for check in $(YADE_CHECKS); do \
+	  TMPDIR=$$scratch yade -n -x -j1 yade_scripts/checks/$$check.py --json build/checks/$$check.json </dev/null || status=1; \
+	done; rm -rf $$scratch; \
+	$(BIN)/python freefem/checks/run.py --json build/checks/freefem.json || status=1; exit $$status

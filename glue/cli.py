@@ -182,7 +182,7 @@ class Progress:
             return
         self._shown = now
         parts = [f"{stage:<9}"]
-        if fraction is not None and 0.0 < fraction < 1.0:
+        if fraction is not None and 0.0 < fraction < 1.0 and now - self._start > 1.0:
             left_s = (now - self._start) / fraction * (1.0 - fraction)
             parts.append(f"{100 * fraction:3.0f} %" if "left" in text else f"{100 * fraction:3.0f} %, {left_s:.0f} s left")
         if text:

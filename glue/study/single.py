@@ -9,7 +9,7 @@ from pathlib import Path
 from glue.errors import InputError
 from glue.scene import catalogue
 from glue.scene.presets import DEFAULT_PRESET, PRESETS
-from glue.study.stages import dimple_metrics
+from glue.study.stages import dimple_metrics, ready_kernels
 from glue.target.dimple import solve_dimple
 
 
@@ -30,10 +30,11 @@ def single_dimple(
         problems.append(f"--accuracy {preset}: allowed {', '.join(PRESETS)}")
     if problems:
         raise InputError(problems)
-    shots = catalogue.shot(grade)
+    shots, law = catalogue.shot(grade), catalogue.material(material)
+    ready_kernels()
     with tempfile.TemporaryDirectory(prefix="peen-dimple-") as scratch:
         dimple = solve_dimple(
-            catalogue.material(material),
+            law,
             speed_m_s=speed_m_s,
             density_kg_m3=shots.density_kg_m3,
             diameter_m=diameter_m or shots.diameter_m,

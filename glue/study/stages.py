@@ -9,6 +9,7 @@ import numpy as np
 from glue.atomic import atomic_path
 from glue.errors import InputError
 from glue.flow.dem import run_dem
+from glue.solvers import build_plugin
 from glue.study.results import load_dimple, load_impacts, write_columns
 from glue.study.stage import Stage, Work
 from glue.surface.coverage import coverage_history, dimple_semi_axes, time_to
@@ -17,6 +18,7 @@ from glue.surface.stamp import height_map
 from glue.surface.stress import profile_metrics
 from glue.target.cell import solve_cell
 from glue.target.dimple import Dimple, solve_dimple
+from glue.target.driver import kernel_flavour
 from glue.theory import avrami
 
 FULL_COVERAGE = 0.98  # the level at which the trade calls a surface fully covered
@@ -26,6 +28,7 @@ _FLOW_LIMIT = 0.94  # YADE's contact law follows the restitution asked for up to
 
 def dimple_stage(work: Work) -> tuple[dict, list[str]]:
     """One shot at the nominal normal speed into the flat target."""
+    ready_kernels()
     nozzle, shots = work.scene.nozzle, work.scene.shots
     dimple = solve_dimple(
         work.scene.target.material,
@@ -38,6 +41,12 @@ def dimple_stage(work: Work) -> tuple[dict, list[str]]:
     )
     dimple.save(work.path / "dimple" / "dimple.npz")
     return {"dimple": dimple_metrics(dimple)}, ["dimple/dimple.npz"]
+
+
+def ready_kernels() -> None:
+    """Compile FreeFEM's kernels when their sources changed, unless the pure-script twins are asked for."""
+    if kernel_flavour() == "kernel":
+        build_plugin()
 
 
 def dimple_metrics(dimple: Dimple) -> dict:
@@ -103,6 +112,7 @@ def coverage_stage(work: Work) -> tuple[dict, list[str]]:
 
 def target_stage(work: Work) -> tuple[dict, list[str]]:
     """Residual stress under the logged impacts."""
+    ready_kernels()
     cell = solve_cell(work.scene, load_impacts(work.path), load_dimple(work.path), work.path / "target", work.progress)
     write_columns(
         work.path / "stress_profile.csv",
@@ -158,8 +168,8 @@ def _mean_cubed_radius(shots) -> float:
 _SCENE = ("glue/scene/*.py",)
 _KERNELS = ("freefem/lib/*.idp", "freefem/plugin/*")
 STAGES = (
-    Stage("dimple", (), (*_SCENE, "glue/target/*.py", "freefem/single_impact.edp", *_KERNELS), ("dimple",), dimple_stage),
-    Stage("flow", ("dimple",), (*_SCENE, "glue/flow/*.py", "yade_scripts/*.py"), ("flow",), flow_stage),
+    Stage("dimple", (), (*_SCENE, "glue/target/*.py", "glue/theory/*.py", "freefem/single_impact.edp", *_KERNELS), ("dimple",), dimple_stage),
+    Stage("flow", ("dimple",), (*_SCENE, "glue/flow/*.py", "glue/theory/*.py", "yade_scripts/*.py"), ("flow",), flow_stage),
     Stage("coverage", ("dimple", "flow"), ("glue/surface/coverage.py", "glue/theory/avrami.py"), ("coverage.csv",), coverage_stage),
     Stage("target", ("dimple", "flow"), ("glue/target/*.py", "glue/surface/stress.py", "freefem/cell.edp", *_KERNELS),
           ("target", "stress_profile.csv"), target_stage),

@@ -42,9 +42,10 @@ template <int N> double mises(const double *t) {
     return std::sqrt(1.5 * s);
 }
 
-// What the consistent tangent needs of a plastic step.
+// What the tangent needs of a plastic step.  It leaves out how a backstress turns the direction n: exact without
+// backstresses, close with them.
 struct Step {
-    double dp = 0, slope = 0, qTrial = 0; // slope: d/d(dp) of the right side of (3) minus its 3 G
+    double dp = 0, slope = 0, q = 0; // slope: d/d(dp) of (3), right side minus left side, without its 3 G; q: q(T)
     double n[6] = {0, 0, 0, 0, 0, 0};
 };
 
@@ -63,7 +64,6 @@ template <int N> bool returnMap(const Law &law, const double *old, double *now, 
     for (int i = 0; i < 2 * N; ++i) now[N + 1 + i] = a0[i];
     step = Step();
     const double q0 = mises<N>(T);
-    step.qTrial = q0;
     if (q0 <= law.isotropic(p0) * (1 + 1e-9)) return true; // a state left on the surface is not yielding anew
     double lo = 0, hi = (mises<N>(s) + law.X[0] + law.X[1]) / (3 * law.G), dp = 0, e[2] = {1, 1}, q = q0;
     dp = std::min(hi, (q0 - law.isotropic(p0)) / (3 * law.G + law.isotropicSlope(std::max(p0, 1e-6))
@@ -86,7 +86,7 @@ template <int N> bool returnMap(const Law &law, const double *old, double *now, 
         q = mises<N>(T);
         for (int i = 0; i < N; ++i) Ta += (i < 3 ? 1. : 2.) * T[i] * dT[i];
         const double f = q - rhs, df = 1.5 * Ta / q - slope - 3 * law.G;
-        step.slope = slope;
+        step.slope = slope - 1.5 * Ta / q;
         if (f > 0) lo = dp; else hi = dp;
         if (std::fabs(f) <= 1e-12 * (law.A + law.E * 1e-4) || hi - lo <= 1e-16 * (1 + hi)) { found = true; break; }
         double next = dp - f / df;
@@ -95,6 +95,7 @@ template <int N> bool returnMap(const Law &law, const double *old, double *now, 
     }
     if (!found) return false;
     step.dp = dp;
+    step.q = q;
     for (int i = 0; i < N; ++i) {
         step.n[i] = T[i] / q;
         now[i] = s[i] - 3 * law.G * dp * step.n[i] + (i < 3 ? pressure : 0);
@@ -180,8 +181,8 @@ long peenAxisym(KN<double> *const &lawArray, KNM<double> *const &grad, KNM<doubl
         // Oldroyd rate, plus the initial-stress term; then both second indices pulled back to the reference mesh.
         double beta = 1, plastic = 0;
         if (step.dp > 0) {
-            beta = 1 - 3 * law.G * step.dp / step.qTrial;
-            plastic = 3 * law.G / (3 * law.G + step.slope) - 3 * law.G * step.dp / step.qTrial;
+            beta = 1 - 3 * law.G * step.dp / step.q;
+            plastic = 3 * law.G / (3 * law.G + step.slope) - 3 * law.G * step.dp / step.q;
         }
         static const int voigt[3][3] = {{0, 3, -1}, {3, 1, -1}, {-1, -1, 2}};
         auto delta = [](int a, int b) { return a == b ? 1. : 0.; };

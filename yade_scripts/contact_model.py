@@ -228,7 +228,7 @@ class Calibration(NamedTuple):
 
 
 def calibrate(wanted: float, *, phases: int = 32, **rig) -> Calibration:
-    """``en`` whose mean rebound is ``wanted`` within 1e-4 of it, by secant in the rig (its arguments: ``rig``).
+    """``en`` whose mean rebound is ``wanted`` within 1e-4 of it, by secant (``rig``: where it is measured).
 
     1 is taken as it is: undamped contacts return their energy, and no ``en`` could correct them upwards.
     Raises InputError when no ``en`` does it.

@@ -79,7 +79,7 @@ class ImpactLogger:
     """Runs the simulation step by step and hands impact rows to ``emit`` in order of first touch.
 
     ``live`` maps body id to ``Flying``; shots come and go by ``add`` and ``remove`` between calls of
-    ``advance``.  Time [s] is ``step`` times ``dt_s``: a product, because a sum of 3e7 steps loses nanoseconds.
+    ``advance``.  Time [s] is ``step`` times ``dt_s``: a sum of 3e7 steps would lose nanoseconds.
     """
 
     def __init__(self, emit, *, dt_s: float, speed_limit_m_s: float, leap: bool = False):

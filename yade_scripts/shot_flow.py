@@ -195,6 +195,12 @@ def main() -> int:
     code = 3
     try:
         args.out.mkdir(parents=True, exist_ok=True)
+        (args.out / "impacts.csv").unlink(missing_ok=True)  # an older run's must not pass for this one's
+        write_text_atomic(args.out / "flow.json", json.dumps(report) + "\n")
+    except OSError as e:
+        print(f"shot_flow: {args.out} cannot be written: {e}", file=sys.stderr)
+        return InputError.exit_code
+    try:
         run(args, report)
         report.update(status="ok", kind=None, cause=None)
         code = 0

@@ -143,7 +143,11 @@ def shot_flow(folder, *args, scene=None):
     except SolverFailed as e:
         failed = e
     report = out / "flow.json"
-    return failed, json.loads(report.read_text()) if report.exists() else None, log.read_text()
+    return (
+        failed,
+        json.loads(report.read_text()) if out.is_dir() and report.exists() else None,
+        log.read_text(),
+    )
 
 
 def test_too_large_a_step_is_refused_and_caught(tmp_path):
@@ -174,6 +178,24 @@ def test_bad_input_is_refused(tmp_path, args, words):
     failed, report, log = shot_flow(tmp_path, *args)
     assert failed and report["kind"] == "input" and words in report["cause"]
     assert "Traceback" not in log
+
+
+def test_unwritable_place_and_stale_results(tmp_path):
+    (tmp_path / "out").write_text("a file where the folder should go")
+    failed, report, log = shot_flow(tmp_path, "--restitution", "0.6")
+    assert failed and report is None and "cannot be written" in log and "Traceback" not in log
+    (tmp_path / "out").unlink()
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "impacts.csv").write_text("# of an older run")
+    failed, report, log = shot_flow(tmp_path, "--restitution", "2")
+    assert failed and report["kind"] == "input" and not (tmp_path / "out" / "impacts.csv").exists()
+
+
+def test_a_single_shot(tmp_path):
+    failed, report, _ = shot_flow(tmp_path, "--restitution", "0.94", "--exposure", "0.00005")
+    rows, _ = read_impacts(tmp_path / "out" / "impacts.csv")
+    assert not failed and report["arrived"] == len(rows) == 1
+    assert rows["vz_out_m_s"][0] == pytest.approx(0.94 * 60.0, rel=0.005)
 
 
 def test_arrivals_of_another_scene_are_refused(short, tmp_path):

@@ -45,10 +45,11 @@ shot_shot = {friction}
 """
 
 
-def simulate(folder: Path, **values):
+def simulate(folder: Path, *options: str, **values):
+    """Run the case; returns (report, arrivals, impacts)."""
     (folder / "scene.toml").write_text(SCENE.format(**values))
     report = {}
-    shot_flow.run(shot_flow.parse([str(folder / "scene.toml"), str(folder)]), report)
+    shot_flow.run(shot_flow.parse([str(folder / "scene.toml"), str(folder), *options]), report)
     return report, read_arrivals(folder / "arrivals.csv")[0], read_impacts(folder / "impacts.csv")[0]
 
 
@@ -102,5 +103,23 @@ for case, values in cases.items():
         f"{case}: sideways over normal impulse, over friction",
         (slide / push).max(),
         1.01 * values["friction"] + 1e-12,
+    )
+
+with tempfile.TemporaryDirectory() as folder:
+    plain = simulate(Path(folder), "--plain", **cases["real"])[2]
+    leaps = simulate(Path(folder), **cases["real"])[2]
+same = len(plain) == len(leaps) and all(
+    (plain[c] == leaps[c]).all() for c in ("shot_id", "collisions_before")
+)
+rows.true("leaps over free flight: same impacts of the same shots as without", same, f"{len(plain)} impacts")
+if same:
+    first = leaps["collisions_before"] == 0
+    rows.true(
+        "leaps: shots that met no other strike at the same bits",
+        (plain["time_s"] == leaps["time_s"])[first].all(),
+    )
+    moved = np.hypot(plain["x_m"] - leaps["x_m"], plain["y_m"] - leaps["y_m"])
+    rows.below(
+        "leaps: impacts moved by at most [m]", moved.max(), 1e-6, "rounding, magnified by each collision"
     )
 rows.finish()

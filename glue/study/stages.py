@@ -9,6 +9,7 @@ import numpy as np
 from glue.atomic import atomic_path
 from glue.errors import InputError
 from glue.flow.dem import run_dem
+from glue.meshes import write_triangles
 from glue.solvers import build_plugin
 from glue.study.results import load_dimple, load_impacts, write_columns
 from glue.study.stage import Stage, Work
@@ -40,7 +41,9 @@ def dimple_stage(work: Work) -> tuple[dict, list[str]]:
         progress=work.progress,
     )
     dimple.save(work.path / "dimple" / "dimple.npz")
-    return {"dimple": dimple_metrics(dimple)}, ["dimple/dimple.npz"]
+    fields = {"peeq": dimple.peeq, "sigma_rr_Pa": dimple.sigma_rr_Pa}
+    write_triangles(work.path / "dimple" / "dimple.vtu", dimple.points_m, dimple.triangles, fields)  # for viewing
+    return {"dimple": dimple_metrics(dimple)}, ["dimple/dimple.npz", "dimple/dimple.vtu"]
 
 
 def ready_kernels() -> None:
@@ -168,7 +171,8 @@ def _mean_cubed_radius(shots) -> float:
 _SCENE = ("glue/scene/*.py",)
 _KERNELS = ("freefem/lib/*.idp", "freefem/plugin/*")
 STAGES = (
-    Stage("dimple", (), (*_SCENE, "glue/target/*.py", "glue/theory/*.py", "freefem/single_impact.edp", *_KERNELS), ("dimple",), dimple_stage),
+    Stage("dimple", (), (*_SCENE, "glue/target/*.py", "glue/theory/*.py", "glue/meshes.py", "freefem/single_impact.edp", *_KERNELS),
+          ("dimple",), dimple_stage),
     Stage("flow", ("dimple",), (*_SCENE, "glue/flow/*.py", "glue/theory/*.py", "yade_scripts/*.py"), ("flow",), flow_stage),
     Stage("coverage", ("dimple", "flow"), ("glue/surface/coverage.py", "glue/theory/avrami.py"), ("coverage.csv",), coverage_stage),
     Stage("target", ("dimple", "flow"), ("glue/target/*.py", "glue/surface/stress.py", "freefem/cell.edp", *_KERNELS),

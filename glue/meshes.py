@@ -1,0 +1,43 @@
+"""Meshes with fields on them, as files that ParaView and its kin open; the only module that knows meshio."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import meshio
+import numpy as np
+
+from glue.atomic import atomic_path
+from glue.errors import InputError
+
+
+def write_triangles(path: Path, points_m, triangles, cell_fields: Mapping[str, np.ndarray]) -> None:
+    """Write a triangle mesh to ``path`` (.vtu, binary, every digit kept).
+
+    points_m: (n, 2) or (n, 3) [m], a plane mesh is put at z = 0; triangles: (m, 3) indices;
+    cell_fields: {name with unit: (m,) values}. Raises InputError when the shapes do not fit together.
+    """
+    points, cells = np.asarray(points_m, dtype=float), np.asarray(triangles, dtype=np.int64)
+    if points.ndim != 2 or points.shape[1] not in (2, 3) or cells.ndim != 2 or cells.shape[1] != 3:
+        raise InputError(f"mesh: points {points.shape}, triangles {cells.shape}; expected (n, 2 or 3) and (m, 3)")
+    if cells.size and not (0 <= cells.min() and cells.max() < len(points)):
+        raise InputError(f"mesh: triangles name points {cells.min()}..{cells.max()} of {len(points)}")
+    odd = [name for name, values in cell_fields.items() if np.shape(values) != (len(cells),)]
+    if odd:
+        raise InputError(f"mesh: {', '.join(odd)} must have one value for each of {len(cells)} triangles")
+    if points.shape[1] == 2:
+        points = np.column_stack([points, np.zeros(len(points))])
+    fields = {name: [np.asarray(values, dtype=float)] for name, values in cell_fields.items()}
+    with atomic_path(path) as part:
+        meshio.write(part, meshio.Mesh(points, [("triangle", cells)], cell_data=fields), file_format="vtu")
+
+
+def read_triangles(path: Path) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
+    """(points (n, 3) [m], triangles (m, 3), {field: (m,)}) of a file of :func:`write_triangles`. Raises InputError."""
+    try:
+        mesh = meshio.read(path, file_format="vtu")
+    # meshio tells a damaged file by whatever its parser meets, or by leaving the interpreter.
+    except (Exception, SystemExit) as problem:
+        raise InputError(f"{path}: cannot be read as a .vtu mesh ({problem})") from None
+    return mesh.points, mesh.get_cells_type("triangle"), {name: mesh.get_cell_data(name, "triangle") for name in mesh.cell_data}

@@ -1,0 +1,88 @@
+"""What single stages report, on impacts and dimples made by hand."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from glue.errors import InputError
+from glue.flow.impacts import COLUMNS
+from glue.scene.reader import example_path, read_scene
+from glue.study import stages
+from glue.study.stage import Work
+
+RADIUS = 0.5e-3
+
+
+@pytest.fixture
+def work(tmp_path, monkeypatch):
+    """work(impacts as (time_s, x_m) rows, restitution): the default scene (3 s, window 4 x 4 mm, radius .5 mm dimples)."""
+
+    def make(rows, restitution=0.34):
+        impacts = np.zeros(len(rows), COLUMNS)
+        impacts["time_s"], impacts["x_m"] = np.array(rows, dtype=float).reshape(-1, 2).T
+        impacts["vz_in_m_s"], impacts["diameter_m"] = -60.0, 1e-3
+        dimple = SimpleNamespace(
+            radius_m=RADIUS, contact_time_s=2e-6, diameter_m=1e-3, restitution=restitution,
+            radius_for=lambda d, v: np.full(np.shape(d), RADIUS),
+        )  # fmt: skip
+        monkeypatch.setattr(stages, "load_impacts", lambda path: impacts)
+        monkeypatch.setattr(stages, "load_dimple", lambda path: dimple)
+        scene = read_scene(example_path("al2024-s390"))
+        return Work(scene, tmp_path, tmp_path / "scene.toml", lambda fraction, text="": None)
+
+    return make
+
+
+def test_coverage_of_two_impacts(work, tmp_path):
+    # one disc inside the window, a second in the same place, a third outside that reaches half-way in
+    metrics, files = stages.coverage_stage(work([(0.5, 0.0), (1.0, 0.0), (2.0, 0.002 + 1e-9)]))
+    found = metrics["coverage"]
+    disc, window = math.pi * RADIUS**2, 16e-6
+    assert found["impacts_in_window"] == 2
+    assert found["final"] == pytest.approx(1.5 * disc / window, rel=0.01)  # 20 points to the radius
+    assert found["time_98_s"] is None and "longer exposure_time_s" in found["time_98_s_reason"]
+    # (2.1) with two impacts on the window in the exposure: lambda = 2 disc / window
+    hits = 2 * disc / window
+    assert found["avrami_final"] == pytest.approx(1 - math.exp(-hits), rel=1e-12)
+    assert found["avrami_time_98_s"] == pytest.approx(3.0 * -math.log(0.02) / hits, rel=1e-12)
+    # (2.2): .01667 kg/s of 4.084e-6 kg shots (7800 kg/m3, 1 mm) for 3 s on a jet of 20 mm
+    shots = 0.01667 * 3.0 / (7800 * math.pi / 6 * 1e-9)
+    assert found["avrami_mass_flow_final"] == pytest.approx(1 - math.exp(-shots * disc / (math.pi * 0.01**2)), rel=1e-12)
+    assert files == ["coverage.csv"]
+    lines = (tmp_path / "coverage.csv").read_text().splitlines()
+    assert lines[0] == "time_s,coverage,avrami" and lines[1] == "0,0,0"
+    curve = np.loadtxt(lines[1:], delimiter=",")
+    assert curve[-1, 0] == 3.0 and curve[-1, 1] == found["final"]
+    assert curve[np.searchsorted(curve[:, 0], 0.49), 1] == 0.0 < curve[np.searchsorted(curve[:, 0], 0.51), 1]
+
+
+def test_full_coverage_is_timed_by_the_impact_that_completes_it(work, tmp_path):
+    job = work([(0.25, 0.0), (1.75, 0.0)])
+    wide = job.scene.target.window_m
+    stages.load_dimple(None).radius_for = lambda d, v: np.array([1e-4, max(wide)])
+    found = stages.coverage_stage(job)[0]["coverage"]
+    assert (found["final"], found["time_98_s"]) == (1.0, 1.75)
+    assert 1.75 in np.loadtxt(tmp_path / "coverage.csv", delimiter=",", skiprows=1)[:, 0]
+
+
+def test_no_impact_at_all_is_null_with_a_reason(work):
+    found = stages.coverage_stage(work([]))[0]["coverage"]
+    assert found["final"] == 0.0 and found["impacts_in_window"] == 0
+    for key in ("time_98_s", "avrami_final", "avrami_time_98_s", "avrami_mass_flow_final", "peeq_final"):
+        assert found[key] is None and found[f"{key}_reason"]
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.95, math.nan])
+def test_a_rebound_that_the_flow_cannot_have_is_told(work, restitution):
+    with pytest.raises(InputError, match="write a number into the scene"):
+        stages.flow_stage(work([], restitution))
+
+
+def test_values_that_are_not_finite_become_null_with_a_reason():
+    assert stages.plain({"a": np.float64(1.5), "b": math.inf, "c": None, "d": "x", "e": np.int64(3)}) == {
+        "a": 1.5, "b": None, "b_reason": "came out as inf", "c": None, "d": "x", "e": 3,
+    }  # fmt: skip

@@ -1,0 +1,48 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from glue.errors import InputError
+from glue.meshes import read_triangles, write_triangles
+
+POINTS = np.array([[0.0, 0.0], [1e-3 / 3, 0.0], [0.0, -2e-300], [1.0, np.pi]])
+TRIANGLES = np.array([[0, 1, 2], [1, 3, 2]])
+
+
+def test_round_trip_keeps_every_digit(tmp_path):
+    fields = {"peeq": np.array([0.1, 1 / 3]), "sigma_rr_Pa": np.array([-472.1e6, 5e-324])}
+    write_triangles(tmp_path / "a mesh.vtu", POINTS, TRIANGLES, fields)
+    points, triangles, found = read_triangles(tmp_path / "a mesh.vtu")
+    assert np.array_equal(points, np.column_stack([POINTS, np.zeros(4)]))
+    assert np.array_equal(triangles, TRIANGLES)
+    assert found.keys() == fields.keys()
+    assert all(np.array_equal(found[name], fields[name]) for name in fields)
+    assert [p.name for p in tmp_path.iterdir()] == ["a mesh.vtu"]
+
+
+def test_the_same_mesh_gives_the_same_file(tmp_path):
+    for name in ("a.vtu", "b.vtu"):
+        write_triangles(tmp_path / name, POINTS, TRIANGLES, {"peeq": np.array([1.0, 2.0])})
+    assert (tmp_path / "a.vtu").read_bytes() == (tmp_path / "b.vtu").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("points", "triangles", "peeq", "says"),
+    [
+        (POINTS[:, :1], TRIANGLES, [1.0, 2.0], "points .4, 1."),
+        (POINTS, TRIANGLES + 1, [1.0, 2.0], r"1\.\.4 of 4"),
+        (POINTS, TRIANGLES, [1.0], "peeq must have one value for each of 2"),
+    ],
+)
+def test_shapes_that_do_not_fit_are_refused(tmp_path, points, triangles, peeq, says):
+    with pytest.raises(InputError, match=says):
+        write_triangles(tmp_path / "a.vtu", points, triangles, {"peeq": np.array(peeq)})
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("content", ["", "<VTKFile", "<VTKFile type='ImageData'/>"])
+def test_a_damaged_file_is_refused(tmp_path, content):
+    (tmp_path / "a.vtu").write_text(content)
+    with pytest.raises(InputError, match="cannot be read as a .vtu mesh"):
+        read_triangles(tmp_path / "a.vtu")

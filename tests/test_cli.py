@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -86,6 +87,32 @@ def test_an_unwritable_run_directory_is_exit_2(tmp_path, capsys):
     (tmp_path / "file").write_text("")
     assert cli.main(["run", "al2024-s390", "--out", str(tmp_path / "file" / "run")]) == 2
     assert "cannot write the run directory" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("code", "exit_code", "cause"),
+    [
+        ("print('Exec error : exec assert'); sys.exit(8)", 3, "cause: exit code 8"),
+        ("Path('status').write_text('failed: the time step fell below 1e-12 s\\n')", 4, "cause: the time step fell below"),
+    ],
+)
+def test_a_failing_solver_is_told_with_log_and_run_directory(stub, monkeypatch, tmp_path, capsys, code, exit_code, cause):
+    """The real dimple stage on a stub of FreeFem++."""
+    stub("PEEN_FREEFEM", code)
+    monkeypatch.setenv("PEEN_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setenv("PEEN_KERNEL", "script")  # no compiler needed
+    run = tmp_path / "run"
+    assert cli.main(["run", "al2024-s390", "--out", str(run)]) == exit_code
+    said = capsys.readouterr().err
+    for part in (cause, "log:", "last lines:", "try:", str(run)):
+        assert part in said
+    log = next(line.split()[-1] for line in said.splitlines() if line.startswith("  log:"))
+    assert Path(log).is_file()
+    record = json.loads((run / "manifest.json").read_text())["stages"]["dimple"]
+    assert (record["state"], record["exit_code"]) == ("failed", exit_code)
+    assert record["processes"][0]["exit_code"] == (8 if exit_code == 3 else 0)
+    assert cli.main(["report", str(run), "--json"]) == 0  # a report of nothing is still one
+    assert json.loads(capsys.readouterr().out) == {"schema": 1}
 
 
 def test_every_problem_of_a_scene_is_told_at_once(tmp_path, capsys):

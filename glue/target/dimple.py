@@ -155,13 +155,13 @@ def layer_stress(impact: ReducedImpact, disc_radius: float, levels: int = 80) ->
     """Mean radial stress [MPa] over the disc r < ``disc_radius`` [R] against depth [R]: two arrays (levels,).
 
     The stress is interpolated linearly between Gauss points, mirrored at the axis; depths are those of the
-    undeformed material, from the topmost Gauss points to four times the dimple's size.
+    undeformed material, from the surface (the value of the topmost Gauss points) to eight times the disc's radius.
     """
     p = impact.points
-    near = (p["r"] < 4 * disc_radius) & (p["z"] > -20 * disc_radius)
+    near = (p["r"] < 4 * disc_radius) & (p["z"] > -12 * disc_radius)
     r, z, s = p["r"][near], p["z"][near], p["s_rr"][near]
     field = LinearNDInterpolator(np.column_stack([np.r_[r, -r], np.r_[z, z]]), np.r_[s, s])
-    depth = np.linspace(0.0, 8 * disc_radius, levels)
+    depth = np.linspace(0.0, min(8 * disc_radius, 0.95 * float(-z.min())), levels)
     # Areas of equal size: r at the middles of equal steps of r^2.
     radii = disc_radius * np.sqrt((np.arange(24) + 0.5) / 24)
     topmost = float(-p["z"][near & (p["r"] < disc_radius)].max())

@@ -1,0 +1,58 @@
+"""The impacts of one patch: its exposure is the log's, its places are the cell's."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from glue.errors import InputError
+from glue.target.patch import choose_patch, normal_energy_J
+from helpers import dimple, impacts
+
+WINDOW, SIDE = (4e-3, 4e-3), 1e-3
+
+
+def test_normal_energy_of_the_reference_shot():
+    """1 mm steel at 60 m/s: pi/6 7800 1e-9 kg, 7.35 mJ; only the normal part counts."""
+    log = impacts([0.0], [0.0])
+    log["vx_in_m_s"] = 60.0
+    assert normal_energy_J(log)[0] == pytest.approx(7800 * math.pi / 6 * 1e-9 * 1800)
+    assert normal_energy_J(log)[0] == pytest.approx(7.35e-3, rel=1e-3)
+
+
+def test_places_order_and_exposure():
+    rng = np.random.default_rng(7)
+    log = impacts(rng.uniform(-3e-3, 3e-3, 4000), rng.uniform(-3e-3, 3e-3, 4000))
+    patch = choose_patch(log, dimple(), WINDOW, SIDE)
+    x0, y0 = (c - 0.5 * SIDE for c in patch.centre_m)
+    assert ((patch.x_m >= 0) & (patch.x_m < SIDE) & (patch.y_m >= 0) & (patch.y_m < SIDE)).all()
+    inside = (log["x_m"] >= x0) & (log["x_m"] < x0 + SIDE) & (log["y_m"] >= y0) & (log["y_m"] < y0 + SIDE)
+    assert patch.x_m + x0 == pytest.approx(log["x_m"][inside])  # in the log's order
+    assert patch.exposure == pytest.approx(inside.sum() * math.pi * 227e-6**2 / SIDE**2)
+    in_window = (abs(log["x_m"]) <= 2e-3) & (abs(log["y_m"]) <= 2e-3)
+    assert patch.window_exposure == pytest.approx(in_window.sum() * math.pi * 227e-6**2 / 16e-6)
+
+
+def test_the_patch_nearest_to_the_windows_exposure_is_taken():
+    """15 tiles hold 10 impacts, one holds 26: the mean is 11, so a tile of ten is chosen, never the odd one."""
+    centres = (np.arange(4) - 1.5) * SIDE
+    x, y = (c.ravel() for c in np.meshgrid(centres, centres))
+    counts = np.full(16, 10)
+    counts[0] = 26
+    patch = choose_patch(impacts(np.repeat(x, counts), np.repeat(y, counts)), dimple(), WINDOW, SIDE)
+    assert patch.x_m.size == 10
+
+
+def test_faint_impacts_are_left_out_and_reported():
+    speed = np.array([60.0, 1.0, 60.0])
+    patch = choose_patch(impacts([0.1e-3] * 3, [0.1e-3] * 3, speed), dimple(), (1e-3, 1e-3), SIDE)
+    assert patch.x_m.size == 2
+    assert patch.neglected_impacts == 1
+    assert patch.neglected_energy_share == pytest.approx(1 / 7201)
+
+
+def test_a_window_smaller_than_the_cell_is_refused():
+    with pytest.raises(InputError, match="window_m"):
+        choose_patch(impacts([0.0], [0.0]), dimple(), (0.9e-3, 4e-3), SIDE)

@@ -6,12 +6,14 @@ import math
 
 from glue.flow.regime import collision_number
 from glue.scene.consistency import estimated_dimple_radius_m, volume_fraction
-from glue.scene.model import Scene
+from glue.scene.model import Accuracy, Scene
 from glue.study.pipeline import choices, default_out
 
 # YADE crosses free flight in one step and takes small ones only around contacts: so many per contact at
 # dt = 1 P, each so long on one core with what the logger adds (468 000 steps for 15 900 contacts in 13.6 s).
 _STEPS_PER_CONTACT, _STEP_S = 29.0, 29e-6
+# The target's cell: seconds per impact, unknown and load step (41 impacts, 14 592 unknowns, 3 steps: 54 s).
+_CELL_S = 54.0 / (41 * 14592 * 3)
 # A guess of the restitution until a dimple is computed: a rigid 1 mm steel shot on 2024 at 60 m/s.
 _RESTITUTION_GUESS = 0.34
 
@@ -39,6 +41,7 @@ def check(scene: Scene) -> dict:
         "mean_hits_per_point_estimate": hits,
         "coverage_estimate": -math.expm1(-hits),
         "flow_cost_estimate_s": _flow_cost_s(scene, restitution),
+        "target_cost_estimate_s": _target_cost_s(scene.accuracy, per_area, radius),
         "choices": choices(scene),
         "accuracy": vars(scene.accuracy),
         "defaults_used": list(scene.defaults_used),
@@ -53,9 +56,18 @@ def _flow_cost_s(scene: Scene, restitution: float) -> float:
     return _STEP_S / dt_over_P * min(contacts * _STEPS_PER_CONTACT, scene.exposure_time_s / p_wave_s)
 
 
+def _target_cost_s(accuracy: Accuracy, impacts_per_m2: float, radius_m: float) -> float:
+    """Wall time [s] of the target's cell, to a factor of two; quadratic elements, one layer more than to the side."""
+    n = accuracy.cell_elements_per_side
+    unknowns = 3 * (2 * n) ** 2 * (2 * (n + 1) + 1)
+    impacts = impacts_per_m2 * (accuracy.cell_side_in_radii * radius_m) ** 2
+    return _CELL_S * impacts * unknowns * accuracy.cell_load_steps
+
+
 def check_text(scene: Scene) -> str:
     """The same as :func:`check` for reading."""
-    c, pi = check(scene), check(scene)["collision_number"]
+    c = check(scene)
+    pi = c["collision_number"]
     s, n, t = scene.shots, scene.nozzle, scene.target
     lines = [
         f"{scene.name}: {s.diameter_m * 1e3:g} mm {s.medium} at {n.speed_m_s:g} m/s, {n.impact_angle_deg:g}° from the surface, "
@@ -71,6 +83,7 @@ def check_text(scene: Scene) -> str:
         f"  collision number           {pi['pi_eff']:.3g} ({pi['collisions_per_shot']:.2g} collisions per shot; below .01 "
         f"shots hardly meet), with restitution {c['restitution_for_estimates']:g} ({c['restitution_source']})",
         f"  flow in YADE               about {_duration(c['flow_cost_estimate_s'])} on one core",
+        f"  target in FreeFEM          about {_duration(c['target_cost_estimate_s'])} on one core",
         "",
         "What will be modelled",
         *(f"  {stage:<10} {choice['model']:<14} {choice['why']}" for stage, choice in c["choices"].items()),

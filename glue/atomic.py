@@ -13,7 +13,7 @@ from pathlib import Path
 
 @contextlib.contextmanager
 def atomic_path(final: Path) -> Iterator[Path]:
-    """Yield ``<final>.part``; rename it to ``final`` when the block ends well, remove it when the block raises.
+    """Yield ``<final>.part``; rename it to ``final`` when the block ends well, remove it when it raises.
 
     The folder of ``final`` is made. The data reach the disk before the name does (fsync), so that a
     power cut does not leave an empty file under the final name either. Raises OSError when the place
@@ -33,7 +33,7 @@ def atomic_path(final: Path) -> Iterator[Path]:
 
 
 def write_text_atomic(path: Path, text: str) -> None:
-    """Write ``text`` (UTF-8, newlines untranslated) to ``path``; the old file stays whole until the new one is."""
+    """Write ``text`` as UTF-8, newlines as they are; an old file stays until the new one is whole."""
     with atomic_path(Path(path)) as part:
         with open(part, "w", encoding="utf-8", newline="") as f:
             f.write(text)

@@ -10,7 +10,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from glue.errors import InputError, PeenError
+from glue.errors import PeenError
 
 _STAGE_COMMANDS = {
     "flow": "simulate the shot stream in YADE and log every impact",
@@ -20,12 +20,12 @@ _STAGE_COMMANDS = {
     "report": "draw the figures and write report.html, of what there is",
 }
 
-_DESCRIPTION = """Shot peening in numbers: YADE simulates the shot stream and logs every impact, FreeFEM solves
-what the impacts do to the target, and this command carries the data between them and turns it into coverage,
-residual stress and roughness.
+_DESCRIPTION = """Shot peening in numbers: YADE simulates the shot stream and logs every impact, FreeFEM
+solves what the impacts do to the target, and this command carries the data between them and turns it into
+coverage, residual stress and roughness.
 
-A SCENE is a TOML file or the name of a shipped example (peen check with a wrong name lists them). A RUN is the
-directory that `peen run` makes; run again, it goes on from the last complete stage."""
+A SCENE is a TOML file or the name of a shipped example (peen check with a wrong name lists them). A RUN is
+the directory that `peen run` makes; run again, it goes on from the last complete stage."""
 
 _EXAMPLES = """examples:
   peen doctor                                    is everything installed, do both solvers answer
@@ -79,15 +79,26 @@ def _parser() -> argparse.ArgumentParser:
         return sub
 
     def accuracy(sub: argparse.ArgumentParser) -> None:
-        sub.add_argument("--accuracy", metavar="PRESET", help="fast, balanced or reference instead of the scene's own; numerics only")
+        sub.add_argument(
+            "--accuracy",
+            metavar="PRESET",
+            help="fast, balanced or reference instead of the scene's own; numerics only",
+        )
 
-    check = add("check", _check, "validate a scene; print its regime numbers, the models chosen and why, and the cost")
+    check = add(
+        "check", _check, "validate a scene; print its regime numbers, the models chosen and why, and the cost"
+    )
     check.add_argument("scene", metavar="SCENE")
     accuracy(check)
 
     run = add("run", _run, "run a scene, or go on with it")
     run.add_argument("scene", metavar="SCENE")
-    run.add_argument("--out", metavar="DIR", type=Path, help="the run directory (default runs/<scene name>-<8 hex of the inputs>)")
+    run.add_argument(
+        "--out",
+        metavar="DIR",
+        type=Path,
+        help="the run directory (default runs/<scene name>-<8 hex of the inputs>)",
+    )
     accuracy(run)
     run.add_argument("--only", metavar="STAGE", nargs="+", default=[], help="these stages and what they need")
 
@@ -99,8 +110,12 @@ def _parser() -> argparse.ArgumentParser:
     dimple = add("dimple", _dimple, "solve one normal impact of a rigid sphere on a flat target")
     dimple.add_argument("--material", required=True, help="key of the catalogue, such as al2024-t351")
     dimple.add_argument("--speed", required=True, type=float, metavar="M_S", help="normal speed [m/s]")
-    dimple.add_argument("--shot", default="S390", metavar="GRADE", help="gives diameter and density (default %(default)s)")
-    dimple.add_argument("--diameter", type=float, metavar="M", help="shot diameter [m] instead of the grade's")
+    dimple.add_argument(
+        "--shot", default="S390", metavar="GRADE", help="gives diameter and density (default %(default)s)"
+    )
+    dimple.add_argument(
+        "--diameter", type=float, metavar="M", help="shot diameter [m] instead of the grade's"
+    )
     accuracy(dimple)
 
     add("doctor", _doctor, "versions; do the plugins load, do both solvers answer; what to do when not")
@@ -167,7 +182,7 @@ def _doctor(args) -> int:
 
 
 class Progress:
-    """Writes a stage's progress with the time left on standard error: in place on a terminal, else every 10 s."""
+    """Tells a stage's progress and time left on standard error: in place on a terminal, else every 10 s."""
 
     def __init__(self):
         self._stage, self._start, self._shown = "", 0.0, 0.0
@@ -184,7 +199,11 @@ class Progress:
         parts = [f"{stage:<9}"]
         if fraction is not None and 0.0 < fraction < 1.0 and now - self._start > 1.0:
             left_s = (now - self._start) / fraction * (1.0 - fraction)
-            parts.append(f"{100 * fraction:3.0f} %" if "left" in text else f"{100 * fraction:3.0f} %, {left_s:.0f} s left")
+            parts.append(
+                f"{100 * fraction:3.0f} %"
+                if "left" in text
+                else f"{100 * fraction:3.0f} %, {left_s:.0f} s left"
+            )
         if text:
             parts.append(text)
         if last and now - self._start > 0.05:

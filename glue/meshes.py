@@ -20,7 +20,9 @@ def write_triangles(path: Path, points_m, triangles, cell_fields: Mapping[str, n
     """
     points, cells = np.asarray(points_m, dtype=float), np.asarray(triangles, dtype=np.int64)
     if points.ndim != 2 or points.shape[1] not in (2, 3) or cells.ndim != 2 or cells.shape[1] != 3:
-        raise InputError(f"mesh: points {points.shape}, triangles {cells.shape}; expected (n, 2 or 3) and (m, 3)")
+        raise InputError(
+            f"mesh: points {points.shape}, triangles {cells.shape}; expected (n, 2 or 3) and (m, 3)"
+        )
     if cells.size and not (0 <= cells.min() and cells.max() < len(points)):
         raise InputError(f"mesh: triangles name points {cells.min()}..{cells.max()} of {len(points)}")
     odd = [name for name, values in cell_fields.items() if np.shape(values) != (len(cells),)]
@@ -34,10 +36,17 @@ def write_triangles(path: Path, points_m, triangles, cell_fields: Mapping[str, n
 
 
 def read_triangles(path: Path) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
-    """(points (n, 3) [m], triangles (m, 3), {field: (m,)}) of a file of :func:`write_triangles`. Raises InputError."""
+    """(points (n, 3) [m], triangles (m, 3), {field: (m,)}) as :func:`write_triangles` takes them.
+
+    Raises InputError for a missing or damaged file.
+    """
     try:
         mesh = meshio.read(path, file_format="vtu")
     # meshio tells a damaged file by whatever its parser meets, or by leaving the interpreter.
     except (Exception, SystemExit) as problem:
         raise InputError(f"{path}: cannot be read as a .vtu mesh ({problem})") from None
-    return mesh.points, mesh.get_cells_type("triangle"), {name: mesh.get_cell_data(name, "triangle") for name in mesh.cell_data}
+    return (
+        mesh.points,
+        mesh.get_cells_type("triangle"),
+        {name: mesh.get_cell_data(name, "triangle") for name in mesh.cell_data},
+    )

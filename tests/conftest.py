@@ -24,11 +24,13 @@ def pytest_runtest_setup(item):
 
 @pytest.fixture
 def stub(tmp_path, monkeypatch):
-    """stub("PEEN_FREEFEM", python_code): a program of that code takes the solver's place; returns its path."""
+    """stub("PEEN_FREEFEM", python_code): a program of that code stands in for the solver; its path."""
 
     def make(variable: str, code: str):
         program = tmp_path / variable.lower()
-        program.write_text(f"#!{sys.executable}\nimport os, signal, sys, time\nfrom pathlib import Path\n{code}\n")
+        program.write_text(
+            f"#!{sys.executable}\nimport os, signal, sys, time\nfrom pathlib import Path\n{code}\n"
+        )
         program.chmod(program.stat().st_mode | stat.S_IXUSR)
         monkeypatch.setenv(variable, str(program))
         return program

@@ -49,7 +49,11 @@ def test_json_is_all_of_stdout(stages, tmp_path, capsys):
 
 @pytest.mark.parametrize(
     ("error", "code"),
-    [(SolverFailed("YADE failed", cause="a stub", advice="more care"), 3), (NotConverged("too coarse"), 4), (KeyboardInterrupt(), 130)],
+    [
+        (SolverFailed("YADE failed", cause="a stub", advice="more care"), 3),
+        (NotConverged("too coarse"), 4),
+        (KeyboardInterrupt(), 130),
+    ],
 )
 def test_exit_code_tells_what_failed(stages, tmp_path, capsys, error, code):
     stages(error)
@@ -69,7 +73,10 @@ def test_exit_code_tells_what_failed(stages, tmp_path, capsys, error, code):
         (["run", "al2024-s390", "--only", "flo"], "no stage flo"),
         (["report", "nonesuch"], "no run directory"),
         (["dimple", "--material", "al2024-t351", "--speed", "nan"], "1..300 m/s"),
-        (["dimple", "--material", "al2024-t351", "--speed", "60", "--diameter", "1"], "metres, not millimetres"),
+        (
+            ["dimple", "--material", "al2024-t351", "--speed", "60", "--diameter", "1"],
+            "metres, not millimetres",
+        ),
         (["dimple", "--material", "cheese", "--speed", "60"], "cheese"),
     ],
 )
@@ -93,10 +100,16 @@ def test_an_unwritable_run_directory_is_exit_2(tmp_path, capsys):
     ("code", "exit_code", "cause"),
     [
         ("print('Exec error : exec assert'); sys.exit(8)", 3, "cause: exit code 8"),
-        ("Path('status').write_text('failed: the time step fell below 1e-12 s\\n')", 4, "cause: the time step fell below"),
+        (
+            "Path('status').write_text('failed: the time step fell below 1e-12 s\\n')",
+            4,
+            "cause: the time step fell below",
+        ),
     ],
 )
-def test_a_failing_solver_is_told_with_log_and_run_directory(stub, monkeypatch, tmp_path, capsys, code, exit_code, cause):
+def test_a_failing_solver_is_told_with_log_and_run_directory(
+    stub, monkeypatch, tmp_path, capsys, code, exit_code, cause
+):
     """The real dimple stage on a stub of FreeFem++."""
     stub("PEEN_FREEFEM", code)
     monkeypatch.setenv("PEEN_CACHE", str(tmp_path / "cache"))

@@ -15,7 +15,7 @@ from glue.solvers import process
 
 
 class Pattern(NamedTuple):
-    """``regex`` found in the log means ``cause`` (may use the groups as {0}, {1}); fatal even with exit code 0?"""
+    """``regex`` in the log means ``cause`` (with its groups as {0}, {1}); fatal even with exit code 0?"""
 
     regex: str
     cause: str
@@ -31,37 +31,82 @@ _MEMORY = Pattern(
 
 FREEFEM = (
     Pattern(r"Load error ?: ?(peen\S*)", "the compiled kernel {0} was not found", "make plugin"),
-    Pattern(r"Load error ?: ?(\S+)", "the FreeFEM plugin {0} was not found", "make setup (package libfreefem++), then peen doctor"),
-    Pattern(r"lex: Error input opening file[\s\S]*?line number ?: ?\d+, (\S+)", "the include file {0} was not found",
-            "run from a complete checkout: the .idp files are in freefem/lib"),
-    Pattern(r"Error (?:umpfack )?(umfpack_\w+)\s+status\s+(\S+)", "singular matrix ({0}, status {1}): the values are meaningless",
-            "look for a missing boundary condition or an empty mesh region; the log shows where", fatal=True),
-    Pattern(r"CHOLMOD (?:warning|error)[^\n]*not positive definite", "the matrix is not positive definite",
-            "a smaller step or a finer mesh (--accuracy reference)"),
-    Pattern(r"current line = (\d+)\s+Exec error : Out of bound", "array index out of bounds at line {0} of the script",
-            "the results may stem from another version; remove the stage's folder and run again"),
-    Pattern(r"current line = (\d+)\s+Exec error : exec assert", "an assertion of the script failed at line {0}",
-            "the lines above it in the log say what was checked"),
-    Pattern(r"Erreur ouverture du fichier (\S+)", "cannot open the mesh file {0}", "is the run directory complete and readable?"),
-    Pattern(r"Error opening file (\S+)", "cannot open the file {0}", "is the run directory writable and the disk not full?"),
-    Pattern(r"Compile error : ([^\n]*)[\s\S]*?line number ?:(\d+)", "the script does not compile ({0}, line {1})",
-            "an edited .edp or .idp: FreeFem++ -jc FILE checks it alone"),
+    Pattern(
+        r"Load error ?: ?(\S+)",
+        "the FreeFEM plugin {0} was not found",
+        "make setup (package libfreefem++), then peen doctor",
+    ),
+    Pattern(
+        r"lex: Error input opening file[\s\S]*?line number ?: ?\d+, (\S+)",
+        "the include file {0} was not found",
+        "run from a complete checkout: the .idp files are in freefem/lib",
+    ),
+    Pattern(
+        r"Error (?:umpfack )?(umfpack_\w+)\s+status\s+(\S+)",
+        "singular matrix ({0}, status {1}): the values are meaningless",
+        "look for a missing boundary condition or an empty mesh region; the log shows where",
+        fatal=True,
+    ),
+    Pattern(
+        r"CHOLMOD (?:warning|error)[^\n]*not positive definite",
+        "the matrix is not positive definite",
+        "a smaller step or a finer mesh (--accuracy reference)",
+    ),
+    Pattern(
+        r"current line = (\d+)\s+Exec error : Out of bound",
+        "array index out of bounds at line {0} of the script",
+        "the results may stem from another version; remove the stage's folder and run again",
+    ),
+    Pattern(
+        r"current line = (\d+)\s+Exec error : exec assert",
+        "an assertion of the script failed at line {0}",
+        "the lines above it in the log say what was checked",
+    ),
+    Pattern(
+        r"Erreur ouverture du fichier (\S+)",
+        "cannot open the mesh file {0}",
+        "is the run directory complete and readable?",
+    ),
+    Pattern(
+        r"Error opening file (\S+)",
+        "cannot open the file {0}",
+        "is the run directory writable and the disk not full?",
+    ),
+    Pattern(
+        r"Compile error : ([^\n]*)[\s\S]*?line number ?:(\d+)",
+        "the script does not compile ({0}, line {1})",
+        "an edited .edp or .idp: FreeFem++ -jc FILE checks it alone",
+    ),
     _MEMORY,
-)  # fmt: skip
+)
 
 YADE = (
-    Pattern(r"ModuleNotFoundError: No module named '([^']+)'", "YADE's Python lacks the module {0}",
-            "YADE runs Debian's Python: only numpy and the standard library may be imported there"),
+    Pattern(
+        r"ModuleNotFoundError: No module named '([^']+)'",
+        "YADE's Python lacks the module {0}",
+        "YADE runs Debian's Python: only numpy and the standard library may be imported there",
+    ),
     _MEMORY,
-    Pattern(r"Traceback \(most recent call last\):[\s\S]*\n(\w[\w.]*(?:Error|Exception|Interrupt|Failed)[^\n]*)", "{0}",
-            "the log shows where the script stopped"),
-    Pattern(r"SyntaxError: ([^\n]*)", "the script does not compile: {0}", "an edited script: python3 -m py_compile FILE"),
-)  # fmt: skip
+    Pattern(
+        r"Traceback \(most recent call last\):[\s\S]*\n(\w[\w.]*(?:Error|Exception|Interrupt|Failed)[^\n]*)",
+        "{0}",
+        "the log shows where the script stopped",
+    ),
+    Pattern(
+        r"SyntaxError: ([^\n]*)",
+        "the script does not compile: {0}",
+        "an edited script: python3 -m py_compile FILE",
+    ),
+)
 
 COMPILER = (
-    Pattern(r"\S*?([^/\s]+:\d+:\d+): (?:fatal )?error: ([^\n]*)", "{0}: {1}", "mend the kernel's source, or make setup if a header is missing"),
+    Pattern(
+        r"\S*?([^/\s]+:\d+:\d+): (?:fatal )?error: ([^\n]*)",
+        "{0}: {1}",
+        "mend the kernel's source, or make setup if a header is missing",
+    ),
     Pattern(r"cannot find (-l\S+)", "the library {0} is missing", "make setup"),
-)  # fmt: skip
+)
 
 _EXIT_CODES = {  # FreeFem++, measured; used when no pattern explains the end
     1: "syntax error or missing include",
@@ -95,11 +140,13 @@ def explain(done: process.Finished, table: tuple[Pattern, ...]) -> Diagnosis:
         number = -done.exit_code
         name = signal.Signals(number).name if number in set(signal.Signals) else "unknown"
         advice = {
-            signal.SIGKILL: "most often the kernel ran out of memory (dmesg tells): a coarser preset, or fewer jobs at once",
-            signal.SIGSEGV: "a crash inside the solver: peen doctor, then make plugin; send the log if it stays",
+            signal.SIGKILL: "most often memory ran out (dmesg tells): a coarser preset, fewer runs at once",
+            signal.SIGSEGV: "a crash inside the solver: peen doctor; report it with the log if it stays",
         }.get(number, "who or what stopped it? run the same command again to continue")
         found = match(done.log, table)
-        return Diagnosis(f"killed by signal {number} ({name})" + (f"; {found.cause}" if found else ""), advice)
+        return Diagnosis(
+            f"killed by signal {number} ({name})" + (f"; {found.cause}" if found else ""), advice
+        )
     found = match(done.log, table)
     if found:
         return found

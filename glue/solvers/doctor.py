@@ -17,8 +17,9 @@ from glue.solvers.yade import run_yade
 
 _DONE = '{ ofstream status("status"); status << "ok" << endl; }\n'
 
-# -u'' = 1 on the unit square, u = 0 at x = 0 and 1: u = x (1 - x)/2, which P2 holds exactly; its integral is 1/12.
-_POISSON = """load "UMFPACK64"
+# -u'' = 1 on the unit square, u = 0 at x = 0 and 1: u = x (1 - x)/2, which P2 holds exactly; integral 1/12.
+_POISSON = (
+    """load "UMFPACK64"
 mesh Th = square(8, 8);
 fespace Vh(Th, P2);
 Vh u, v;
@@ -26,7 +27,9 @@ solve Poisson(u, v, solver = "CHOLMOD", sym = 1)
   = int2d(Th)(dx(u)*dx(v) + dy(u)*dy(v)) - int2d(Th)(v) + on(2, 4, u = 0);
 cout.precision(12);
 cout << "integral " << int2d(Th)(u) << endl;
-""" + _DONE
+"""
+    + _DONE
+)
 
 # One steel shot of 1 mm strikes a wall at 60 m/s with restitution .6: .5998 was measured at this time step.
 _BOUNCE = """
@@ -91,7 +94,9 @@ def _row(what: str, check: Callable[[], str]) -> Row:
 
 def _python() -> str:
     if sys.version_info < (3, 11):
-        raise SolverFailed("", cause=f"{sys.version.split()[0]}, 3.11 or later is needed", advice="make setup")
+        raise SolverFailed(
+            "", cause=f"{sys.version.split()[0]}, 3.11 or later is needed", advice="make setup"
+        )
     return f"{sys.version.split()[0]} at {sys.executable}"
 
 
@@ -99,7 +104,9 @@ def _version(code: str, finder: Callable[[], Path]) -> str:
     binary = finder()
     found = find.versions()[code]
     if found["binary"] is None:
-        raise SolverFailed("", cause=f"{binary} does not tell its version", advice="reinstall its package: make setup")
+        raise SolverFailed(
+            "", cause=f"{binary} does not tell its version", advice="reinstall its package: make setup"
+        )
     return f"{binary} calls itself {found['binary']}, Debian package {found['package'] or 'not installed'}"
 
 
@@ -112,14 +119,22 @@ def _yade_bounces() -> str:
         done = run_yade(script, [], cwd=folder, log=folder / "log", timeout_s=60, on_line=lines.append)
     e = _number("restitution", lines)
     if not abs(e - 0.6) < 0.003:
-        raise SolverFailed("", cause=f"restitution {e:.4f}, expected .6 within .003", advice="another YADE version? 2023.02a is known to work")
+        raise SolverFailed(
+            "",
+            cause=f"restitution {e:.4f}, expected .6 within .003",
+            advice="another YADE version? 2023.02a is known to work",
+        )
     return f"one impact in {done.wall_s:.1f} s, restitution {e:.4f} of .6"
 
 
 def _freefem_solves() -> str:
     integral, wall_s = _freefem(_POISSON, "integral")
     if not abs(integral - 1 / 12) < 1e-9:
-        raise SolverFailed("", cause=f"Poisson integral {integral!r}, expected 1/12", advice="another FreeFEM version? package 4.11 is known to work")
+        raise SolverFailed(
+            "",
+            cause=f"Poisson integral {integral!r}, expected 1/12",
+            advice="another FreeFEM version? package 4.11 is known to work",
+        )
     return f"Poisson in {wall_s:.1f} s, integral {integral:.10f} of 1/12"
 
 
@@ -134,7 +149,12 @@ def _freefem(text: str, key: str | None = None) -> tuple[float, float]:
         (folder / "job.edp").write_text(text)
         lines: list[str] = []
         done = freefem.run_freefem(
-            folder / "job.edp", cwd=folder, log=folder / "log", status=folder / "status", timeout_s=60, on_line=lines.append
+            folder / "job.edp",
+            cwd=folder,
+            log=folder / "log",
+            status=folder / "status",
+            timeout_s=60,
+            on_line=lines.append,
         )
     return (_number(key, lines) if key else math.nan), done.wall_s
 
@@ -143,19 +163,28 @@ def _number(key: str, lines: list[str]) -> float:
     for line in lines:
         if line.startswith(key):
             return float(line.split()[1])
-    raise SolverFailed("", cause=f"it ended well without printing its {key}", advice="reinstall its package: make setup")
+    raise SolverFailed(
+        "", cause=f"it ended well without printing its {key}", advice="reinstall its package: make setup"
+    )
 
 
 def _draws() -> str:
     """In a process of its own, since pyvista aborts the interpreter where the GL libraries are missing."""
     code = (
-        "import pyvista as pv; p = pv.Plotter(off_screen=True, window_size=(64, 64)); p.add_mesh(pv.Sphere());"
-        "i = p.screenshot(return_img=True); assert i.std() > 1, 'an empty picture'; print('pyvista', pv.__version__)"
+        "import pyvista as pv; p = pv.Plotter(off_screen=True, window_size=(64, 64)); p.add_mesh(pv.Cube());"
+        "assert p.screenshot(return_img=True).std() > 1, 'an empty picture'; print('pyvista', pv.__version__)"
     )
     with tempfile.TemporaryDirectory(prefix="peen-doctor-") as name:
         log, lines = Path(name) / "log", []
         try:
-            done = process.run([sys.executable, "-c", code], cwd=Path(name), log=log, env=os.environ, timeout_s=120, on_line=lines.append)
+            done = process.run(
+                [sys.executable, "-c", code],
+                cwd=Path(name),
+                log=log,
+                env=os.environ,
+                timeout_s=120,
+                on_line=lines.append,
+            )
         except process.TimedOut:
             raise SolverFailed("", cause="no picture after 120 s", advice="make setup") from None
     if done.exit_code != 0:

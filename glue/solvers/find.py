@@ -34,17 +34,17 @@ def require_checkout() -> Path:
 
 
 def find_yade() -> Path:
-    """YADE's start script: ``$PEEN_YADE``, else ``yade`` on the path. Raises SolverFailed when there is none."""
+    """YADE's start script: ``$PEEN_YADE``, else ``yade`` on the path. Raises SolverFailed."""
     return _find("PEEN_YADE", "yade", "YADE", "yade")
 
 
 def find_freefem() -> Path:
-    """FreeFem++: ``$PEEN_FREEFEM``, else ``FreeFem++`` on the path. Raises SolverFailed when there is none."""
+    """FreeFem++: ``$PEEN_FREEFEM``, else ``FreeFem++`` on the path. Raises SolverFailed."""
     return _find("PEEN_FREEFEM", "FreeFem++", "FreeFem++", "freefem++")
 
 
 def find_compiler() -> Path:
-    """FreeFEM's ``ff-c++``: ``$PEEN_FFCXX``, else on the path. Raises SolverFailed when there is none."""
+    """FreeFEM's ``ff-c++``: ``$PEEN_FFCXX``, else on the path. Raises SolverFailed."""
     return _find("PEEN_FFCXX", "ff-c++", "FreeFEM's plugin compiler ff-c++", "libfreefem++-dev")
 
 
@@ -69,7 +69,10 @@ def versions() -> dict:
         "peen_commit": _said(["git", "-C", repo_root(), "describe", "--always", "--dirty"], r"(\S+)"),
         "python": platform.python_version(),
         "yade": {"binary": _binary(find_yade, ["--version"], r"version: (\S+)"), "package": package("yade")},
-        "freefem": {"binary": _binary(find_freefem, [], r"[Vv]ersion (\S+)"), "package": package("freefem++")},
+        "freefem": {
+            "binary": _binary(find_freefem, [], r"[Vv]ersion (\S+)"),
+            "package": package("freefem++"),
+        },
         **{name: _library(name) for name in _LIBRARIES},
     }
 
@@ -96,7 +99,9 @@ def _library(name: str) -> str | None:
 def _said(argv, pattern: str) -> str | None:
     """First group of ``pattern`` in what a short command prints, None when it fails to."""
     try:
-        done = subprocess.run([str(a) for a in argv], stdin=subprocess.DEVNULL, capture_output=True, timeout=30)
+        done = subprocess.run(
+            [str(a) for a in argv], stdin=subprocess.DEVNULL, capture_output=True, timeout=30
+        )
     except (OSError, subprocess.TimeoutExpired):
         return None
     found = re.search(pattern, (done.stdout + done.stderr).decode(errors="replace"))

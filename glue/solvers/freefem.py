@@ -45,23 +45,41 @@ def run_freefem(
     first, rest = _read_status(status)
     if first is not None and first.startswith("failed"):
         cause = first.partition(":")[2].strip() or "no cause given"
-        raise _failed(driver.name, log, cause, "another preset (--accuracy); is the scene within the models' range? peen check", NotConverged)
+        raise _failed(
+            driver.name,
+            log,
+            cause,
+            "another preset (--accuracy); is the scene within the models' range? peen check",
+            NotConverged,
+        )
     if done.exit_code != 0:
         raise _failed(driver.name, log, *diagnose.explain(done, diagnose.FREEFEM))
     fatal = diagnose.match(log, diagnose.FREEFEM, fatal_only=True)
     if fatal:
         raise _failed(driver.name, log, *fatal)
     if first is None:
-        raise _failed(driver.name, log, f"exit code 0, but it did not write {status.name}", "the last lines tell how far it came")
+        raise _failed(
+            driver.name,
+            log,
+            f"exit code 0, but it did not write {status.name}",
+            "the last lines tell how far it came",
+        )
     if first != "ok":
-        raise _failed(driver.name, log, f"{status.name} begins with {first!r} instead of 'ok'", "read the log")
+        raise _failed(
+            driver.name, log, f"{status.name} begins with {first!r} instead of 'ok'", "read the log"
+        )
     if _NOT_FINITE.search(rest):
-        raise _failed(driver.name, log, f"{status.name} holds a value that is not finite", "a smaller step or another preset")
+        raise _failed(
+            driver.name,
+            log,
+            f"{status.name} holds a value that is not finite",
+            "a smaller step or another preset",
+        )
     return done
 
 
 def compile_freefem(driver: Path) -> None:
-    """Compile a driver without running it (``FreeFem++ -jc``); raises SolverFailed with FreeFEM's complaint."""
+    """Compile a driver without running it (``FreeFem++ -jc``); raises SolverFailed with its complaint."""
     with tempfile.TemporaryDirectory(prefix="peen-jc-") as scratch:
         log = Path(scratch) / "compile.log"
         argv = [find_freefem(), "-nw", "-ne", "-v", "0", "-jc", driver.resolve()]
@@ -69,7 +87,9 @@ def compile_freefem(driver: Path) -> None:
         if done.exit_code != 0:
             cause, advice = diagnose.explain(done, diagnose.FREEFEM)
             # The log goes with the scratch folder, so the error carries the lines and no path.
-            raise SolverFailed(f"{driver.name} does not compile", cause=cause, tail=process.tail(log), advice=advice)
+            raise SolverFailed(
+                f"{driver.name} does not compile", cause=cause, tail=process.tail(log), advice=advice
+            )
 
 
 def _run(argv, name: str, *, cwd, log, timeout_s=None, on_line=None) -> process.Finished:
@@ -83,9 +103,13 @@ def _run(argv, name: str, *, cwd, log, timeout_s=None, on_line=None) -> process.
         "OPENBLAS_NUM_THREADS": "1",
     }
     try:
-        return process.run(argv, cwd=cwd, log=log, env=env, timeout_s=timeout_s, on_line=on_line, line_buffered=True)
+        return process.run(
+            argv, cwd=cwd, log=log, env=env, timeout_s=timeout_s, on_line=on_line, line_buffered=True
+        )
     except process.TimedOut:
-        raise _failed(name, log, f"not finished after {timeout_s:g} s", "a coarser preset (--accuracy fast)") from None
+        raise _failed(
+            name, log, f"not finished after {timeout_s:g} s", "a coarser preset (--accuracy fast)"
+        ) from None
     except OSError as problem:
         raise _failed(name, log, f"could not be started: {problem}", "peen doctor") from None
 
@@ -98,7 +122,9 @@ def _read_status(status: Path) -> tuple[str | None, str]:
     return first.strip(), rest
 
 
-def _failed(name: str, log: Path, cause: str, advice: str, kind: type[SolverFailed] = SolverFailed) -> SolverFailed:
+def _failed(
+    name: str, log: Path, cause: str, advice: str, kind: type[SolverFailed] = SolverFailed
+) -> SolverFailed:
     what = f"FreeFem++ did not converge in {name}" if kind is NotConverged else f"FreeFem++ failed in {name}"
     return kind(what, cause=cause, log=log, tail=process.tail(log), advice=advice)
 
@@ -142,7 +168,9 @@ def build_plugin(force: bool = False, sources: Path | None = None) -> Path:
             except process.TimedOut:
                 raise SolverFailed(what, cause="the compiler did not end within 300 s", log=log) from None
             library = Path(scratch) / f"{source.stem}.so"
-            if done.exit_code != 0 or not library.exists():  # ff-c++ passes on the linker's code, not always the compiler's
+            if (
+                done.exit_code != 0 or not library.exists()
+            ):  # ff-c++ passes on the linker's code, not always the compiler's
                 cause, advice = diagnose.explain(done, diagnose.COMPILER)
                 raise SolverFailed(what, cause=cause, log=log, tail=process.tail(log), advice=advice)
             shutil.move(library, built / library.name)
@@ -151,6 +179,8 @@ def build_plugin(force: bool = False, sources: Path | None = None) -> Path:
         try:
             built.rename(final)
         except OSError:
-            if not final.is_dir():  # else another process built the same meanwhile: the same sources, the same kernels
+            if (
+                not final.is_dir()
+            ):  # else another process built the same meanwhile: the same sources, the same kernels
                 raise
     return final

@@ -57,7 +57,8 @@ def run(
 ) -> Finished:
     """Run ``argv`` to its end, standard input closed, output (both streams, as it comes) in ``log``.
 
-    ``line_buffered`` makes a program that holds its output back in a pipe (FreeFem++ does) give it line by line.
+    ``line_buffered`` makes a program that fills a buffer before it writes to a pipe (FreeFem++) give
+    its output line by line.
 
     The log's first line is the command as one would type it, with the variables in ``env`` that
     differ from this process's. ``on_line`` gets every complete line without its end.

@@ -47,7 +47,9 @@ def run_yade(
         try:
             done = process.run(argv, cwd=cwd, log=log, env=child_env, timeout_s=timeout_s, on_line=on_line)
         except process.TimedOut:
-            raise _failed(script, log, f"not finished after {timeout_s:g} s", "a shorter exposure or a coarser preset") from None
+            raise _failed(
+                script, log, f"not finished after {timeout_s:g} s", "a shorter exposure or a coarser preset"
+            ) from None
         except OSError as problem:
             raise _failed(script, log, f"could not be started: {problem}", "peen doctor") from None
     if done.exit_code != 0:
@@ -55,10 +57,14 @@ def run_yade(
     missing = [p.name for p in outputs if not p.exists()]
     if missing:
         found = diagnose.match(log, diagnose.YADE)
-        cause = f"exit code 0, but {', '.join(missing)} was not written" + (f": {found.cause}" if found else "")
+        cause = f"exit code 0, but {', '.join(missing)} was not written" + (
+            f": {found.cause}" if found else ""
+        )
         raise _failed(script, log, cause, "the log shows where the script stopped")
     return done
 
 
 def _failed(script: Path, log: Path, cause: str, advice: str) -> SolverFailed:
-    return SolverFailed(f"YADE failed in {script.name}", cause=cause, log=log, tail=process.tail(log), advice=advice)
+    return SolverFailed(
+        f"YADE failed in {script.name}", cause=cause, log=log, tail=process.tail(log), advice=advice
+    )

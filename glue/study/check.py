@@ -49,7 +49,7 @@ def check(scene: Scene) -> dict:
 
 
 def _flow_cost_s(scene: Scene, restitution: float) -> float:
-    """Wall time [s] of the flow in YADE, to a factor of two: contacts times steps per contact, at most every step."""
+    """Wall time [s] of the flow in YADE, to a factor of two: the steps around contacts, at most all steps."""
     shots, dt_over_P = scene.shots, scene.accuracy.flow_dt_over_P
     p_wave_s = 0.5 * shots.diameter_m * math.sqrt(shots.density_kg_m3 / shots.E_Pa)
     contacts = scene.expected_shots * (1.0 + collision_number(scene, restitution)["collisions_per_shot"])
@@ -57,7 +57,7 @@ def _flow_cost_s(scene: Scene, restitution: float) -> float:
 
 
 def _target_cost_s(accuracy: Accuracy, impacts_per_m2: float, radius_m: float) -> float:
-    """Wall time [s] of the target's cell, to a factor of two; quadratic elements, one layer more than to the side."""
+    """Wall time [s] of the target's cell, to a factor of two; P2 elements, one layer more than per side."""
     n = accuracy.cell_elements_per_side
     unknowns = 3 * (2 * n) ** 2 * (2 * (n + 1) + 1)
     impacts = impacts_per_m2 * (accuracy.cell_side_in_radii * radius_m) ** 2
@@ -69,19 +69,23 @@ def check_text(scene: Scene) -> str:
     c = check(scene)
     pi = c["collision_number"]
     s, n, t = scene.shots, scene.nozzle, scene.target
+    radius_um, hits = c["dimple_radius_estimate_m"] * 1e6, c["mean_hits_per_point_estimate"]
+    e, source = c["restitution_for_estimates"], c["restitution_source"]
     lines = [
-        f"{scene.name}: {s.diameter_m * 1e3:g} mm {s.medium} at {n.speed_m_s:g} m/s, {n.impact_angle_deg:g}° from the surface, "
-        f"on {t.material.name}, {scene.exposure_time_s:g} s",
+        f"{scene.name}: {s.diameter_m * 1e3:g} mm {s.medium} at {n.speed_m_s:g} m/s,"
+        f" {n.impact_angle_deg:g}° from the surface, on {t.material.name}, {scene.exposure_time_s:g} s",
         "",
         "What it is like",
-        f"  shots                      {c['expected_shots']:.0f} expected ({scene.shot_rate_1_s:.0f} per second), "
-        f"{c['expected_impacts_in_window']:.0f} of them into the window",
+        f"  shots                      {c['expected_shots']:.0f} expected"
+        f" ({scene.shot_rate_1_s:.0f} per second),"
+        f" {c['expected_impacts_in_window']:.0f} of them into the window",
         f"  energy of a shot           {c['shot_energy_J'] * 1e3:.3g} mJ",
         f"  share of the jet's volume  {c['solids_fraction_of_jet']:.2g}",
-        f"  dimple radius              {c['dimple_radius_estimate_m'] * 1e6:.0f} µm (estimate, energy over flow stress)",
-        f"  coverage                   {c['coverage_estimate']:.4f} (estimate, {c['mean_hits_per_point_estimate']:.2f} hits per point)",
-        f"  collision number           {pi['pi_eff']:.3g} ({pi['collisions_per_shot']:.2g} collisions per shot; below .01 "
-        f"shots hardly meet), with restitution {c['restitution_for_estimates']:g} ({c['restitution_source']})",
+        f"  dimple radius              {radius_um:.0f} µm (estimate, energy over flow stress)",
+        f"  coverage                   {c['coverage_estimate']:.4f} (estimate, {hits:.2f} hits per point)",
+        f"  collision number           {pi['pi_eff']:.3g}"
+        f" ({pi['collisions_per_shot']:.2g} collisions per shot;"
+        f" below .01 shots hardly meet), with restitution {e:g} ({source})",
         f"  flow in YADE               about {_duration(c['flow_cost_estimate_s'])} on one core",
         f"  target in FreeFEM          about {_duration(c['target_cost_estimate_s'])} on one core",
         "",
@@ -99,4 +103,10 @@ def check_text(scene: Scene) -> str:
 
 
 def _duration(seconds: float) -> str:
-    return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+    return (
+        f"{seconds:.0f} s"
+        if seconds < 120
+        else f"{seconds / 60:.0f} min"
+        if seconds < 7200
+        else f"{seconds / 3600:.1f} h"
+    )

@@ -25,7 +25,9 @@ def find_scene(argument: str) -> Path:
         return path
     shipped = example_path(argument)
     if shipped is None:
-        raise InputError(f"{argument}: no such scene file, nor a shipped example ({', '.join(example_names())})")
+        raise InputError(
+            f"{argument}: no such scene file, nor a shipped example ({', '.join(example_names())})"
+        )
     return shipped
 
 
@@ -52,8 +54,15 @@ def run(
     scene_file = find_scene(scene_argument)
     scene = read_scene(scene_file, preset=preset)
     path = out or default_out(scene)
-    facts = {"scene": scene.name, "seed": scene.seed, "choices": choices(scene), "defaults_used": list(scene.defaults_used)}
-    with RunDirectory.create_or_continue(path, scene_file=scene_file, preset=preset, resolved=resolved_dict(scene), facts=facts) as folder:
+    facts = {
+        "scene": scene.name,
+        "seed": scene.seed,
+        "choices": choices(scene),
+        "defaults_used": list(scene.defaults_used),
+    }
+    with RunDirectory.create_or_continue(
+        path, scene_file=scene_file, preset=preset, resolved=resolved_dict(scene), facts=facts
+    ) as folder:
         _run_stages(folder, scene, wanted, stages, progress)
     return path
 
@@ -65,7 +74,10 @@ def rerun(path: Path, only: Sequence[str], progress: Progress, stages: Sequence[
     with RunDirectory.open(path) as folder:
         scene = read_scene(folder.scene_file, preset=folder.manifest["preset_argument"])
         if digest(resolved_dict(scene)) != folder.manifest["inputs_sha256"]:
-            raise InputError(f"{folder.scene_file}: was changed after the run was made (or the catalogue was); run it into a new directory")
+            raise InputError(
+                f"{folder.scene_file}: was changed after the run was made (or the catalogue was);"
+                " run it into a new directory"
+            )
         _run_stages(folder, scene, wanted, stages, progress)
     return path
 
@@ -154,8 +166,12 @@ def _run_one(folder: RunDirectory, stage: Stage, work: Work, record: dict[str, A
         try:
             metrics, outputs = stage.run(work)
         except PeenError as problem:
-            folder.fail(stage.name, {**record, **cost(), "exit_code": problem.exit_code, "error": str(problem)})
-            problem.add_note(f"stage {stage.name} of the run in {folder.path}; the same command continues there once mended")
+            folder.fail(
+                stage.name, {**record, **cost(), "exit_code": problem.exit_code, "error": str(problem)}
+            )
+            problem.add_note(
+                f"stage {stage.name} of the run in {folder.path}; once mended, the same command goes on there"
+            )
             raise
         folder.finish(stage.name, {**record, **cost(), "exit_code": 0, "metrics": metrics}, outputs)
 

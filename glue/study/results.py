@@ -24,4 +24,6 @@ def load_impacts(path: Path) -> np.ndarray:
 def write_columns(path: Path, **columns: np.ndarray) -> None:
     """A CSV file with a header line; 17 digits, so that reading gives the same numbers back."""
     with atomic_path(path) as part:
-        np.savetxt(part, np.column_stack(list(columns.values())), "%.17g", ",", header=",".join(columns), comments="")
+        np.savetxt(
+            part, np.column_stack(list(columns.values())), "%.17g", ",", header=",".join(columns), comments=""
+        )

@@ -49,7 +49,9 @@ class RunDirectory:
         os.close(self._lock)
 
     @classmethod
-    def create_or_continue(cls, path: Path, *, scene_file: Path, preset: str | None, resolved: dict, facts: dict) -> RunDirectory:
+    def create_or_continue(
+        cls, path: Path, *, scene_file: Path, preset: str | None, resolved: dict, facts: dict
+    ) -> RunDirectory:
         """Open ``path`` for the scene, making it if need be.
 
         ``resolved`` is the scene in SI units with its preset expanded: a directory made for another one is
@@ -62,21 +64,36 @@ class RunDirectory:
             probe.write_bytes(b"")
             probe.unlink()
         except OSError as problem:
-            raise InputError(f"{path}: cannot write the run directory ({problem.strerror}); choose another with --out") from None
+            raise InputError(
+                f"{path}: cannot write the run directory ({problem.strerror}); choose another with --out"
+            ) from None
         if (path / MANIFEST).exists():
             run = cls.open(path)
             differences = list(_differences(run.manifest["inputs"], resolved))
             if differences:
                 run.__exit__()
                 raise InputError(
-                    [f"{path}: holds a run of other inputs, which it would mix up; choose another --out or remove it"]
+                    [f"{path}: holds a run of other inputs, which would get mixed up; choose another --out"]
                     + [f"  {d}" for d in differences]
                 )
             return run
         strangers = [p.name for p in path.iterdir() if p.name not in {SCENE, ".lock"} and p.suffix != ".part"]
         if strangers:
-            raise InputError(f"{path}: is not empty and no run directory (holds {', '.join(sorted(strangers)[:3])} …); choose another --out")
-        run = cls(path, {"schema": SCHEMA, **facts, "preset_argument": preset, "inputs": resolved, "inputs_sha256": digest(resolved), "stages": {}})
+            raise InputError(
+                f"{path}: is not empty and no run directory (holds {', '.join(sorted(strangers)[:3])} …);"
+                " choose another --out"
+            )
+        run = cls(
+            path,
+            {
+                "schema": SCHEMA,
+                **facts,
+                "preset_argument": preset,
+                "inputs": resolved,
+                "inputs_sha256": digest(resolved),
+                "stages": {},
+            },
+        )
         # The scene first: a directory with a manifest is one that can be continued.
         with open(scene_file, encoding="utf-8") as f:
             write_text_atomic(path / SCENE, f.read())
@@ -89,7 +106,9 @@ class RunDirectory:
         """Open an existing run directory. Raises InputError when it is none, or of another schema."""
         manifest = read_manifest(path)
         if manifest.get("schema") != SCHEMA:
-            raise InputError(f"{path / MANIFEST}: schema {manifest.get('schema')!r}, this version reads {SCHEMA}; run it anew")
+            raise InputError(
+                f"{path / MANIFEST}: schema {manifest.get('schema')!r}, this version reads {SCHEMA}; run anew"
+            )
         return cls(path, manifest)
 
     @property
@@ -115,11 +134,13 @@ class RunDirectory:
         record = self.manifest["stages"].get(stage, {})
         if record.get("state") != "complete":
             return None
-        metrics = {s: {k: v for k, v in values.items() if k != "wall_s"} for s, values in record["metrics"].items()}
+        metrics = {
+            s: {k: v for k, v in values.items() if k != "wall_s"} for s, values in record["metrics"].items()
+        }
         return digest([record["outputs"], metrics])
 
     def begin(self, stage: str, later: Iterable[str], owned: Iterable[str]) -> None:
-        """Forget ``stage`` and remove the files it ``owned``; put the stages in ``later``, built on it, in doubt.
+        """Forget ``stage`` and remove the files it ``owned``; put the stages ``later`` built on it in doubt.
 
         A doubted stage is out of metrics.json until its own turn, when it is kept or run again.
         """
@@ -168,9 +189,13 @@ def read_manifest(path: Path) -> dict:
     try:
         manifest = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
     except (FileNotFoundError, NotADirectoryError):
-        raise InputError(f"{path}: no run directory (it has no {MANIFEST}); peen run SCENE --out {path} makes one") from None
+        raise InputError(
+            f"{path}: no run directory (it has no {MANIFEST}); peen run SCENE --out {path} makes one"
+        ) from None
     except (OSError, ValueError) as problem:
-        raise InputError(f"{path / MANIFEST}: cannot be read ({problem}); remove the directory and run again") from None
+        raise InputError(
+            f"{path / MANIFEST}: cannot be read ({problem}); remove the directory and run again"
+        ) from None
     if not isinstance(manifest, dict):
         raise InputError(f"{path / MANIFEST}: is no manifest; remove the directory and run again")
     return manifest
@@ -190,7 +215,9 @@ def _lock(path: Path) -> int:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
         os.close(handle)
-        raise InputError(f"{path}: another peen is at work in it; wait for it or choose another --out") from None
+        raise InputError(
+            f"{path}: another peen is at work in it; wait for it or choose another --out"
+        ) from None
     return handle
 
 

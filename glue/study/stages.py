@@ -42,7 +42,9 @@ def dimple_stage(work: Work) -> tuple[dict, list[str]]:
     )
     dimple.save(work.path / "dimple" / "dimple.npz")
     fields = {"peeq": dimple.peeq, "sigma_rr_Pa": dimple.sigma_rr_Pa}
-    write_triangles(work.path / "dimple" / "dimple.vtu", dimple.points_m, dimple.triangles, fields)  # for viewing
+    write_triangles(
+        work.path / "dimple" / "dimple.vtu", dimple.points_m, dimple.triangles, fields
+    )  # for viewing
     return {"dimple": dimple_metrics(dimple)}, ["dimple/dimple.npz", "dimple/dimple.vtu"]
 
 
@@ -54,7 +56,16 @@ def ready_kernels() -> None:
 
 def dimple_metrics(dimple: Dimple) -> dict:
     """The section ``dimple`` of metrics.json."""
-    keys = ("radius_m", "depth_m", "crest_radius_m", "restitution", "peak_force_N", "contact_time_s", "speed_m_s", "wall_s")
+    keys = (
+        "radius_m",
+        "depth_m",
+        "crest_radius_m",
+        "restitution",
+        "peak_force_N",
+        "contact_time_s",
+        "speed_m_s",
+        "wall_s",
+    )
     return plain({k: getattr(dimple, k) for k in keys})
 
 
@@ -65,10 +76,17 @@ def flow_stage(work: Work) -> tuple[dict, list[str]]:
         restitution = load_dimple(work.path).restitution
         if not 0.0 < restitution <= _FLOW_LIMIT:
             raise InputError(
-                f"restitution.shot_target = from_dimple: the dimple gives {restitution:.3f}, outside what the flow's contact law "
-                f"can do, (0, {_FLOW_LIMIT}] or exactly 1; write a number into the scene"
+                f"restitution.shot_target = from_dimple: the dimple gives {restitution:.3f},"
+                f" outside what the flow's contact law can do, (0, {_FLOW_LIMIT}] or exactly 1;"
+                " write a number into the scene"
             )
-    flow = run_dem(work.scene, work.scene_file, work.path / "flow", shot_target_restitution=restitution, progress=work.progress)
+    flow = run_dem(
+        work.scene,
+        work.scene_file,
+        work.path / "flow",
+        shot_target_restitution=restitution,
+        progress=work.progress,
+    )
     keys = ("model", "collision_number", "impacts", "mean_normal_speed_m_s", "collided_fraction", "wall_s")
     return {"flow": plain({k: flow.info[k] for k in keys})}, ["flow/arrivals.csv", "flow/impacts.csv"]
 
@@ -79,7 +97,9 @@ def coverage_stage(work: Work) -> tuple[dict, list[str]]:
     window = scene.target.window_m
     major, minor, azimuth = dimple_semi_axes(dimple, impacts)
     spacing = dimple.radius_m / scene.accuracy.coverage_points_per_radius
-    history = coverage_history(impacts["x_m"], impacts["y_m"], impacts["time_s"], major, minor, azimuth, window, spacing)
+    history = coverage_history(
+        impacts["x_m"], impacts["y_m"], impacts["time_s"], major, minor, azimuth, window, spacing
+    )
 
     inside = (abs(impacts["x_m"]) <= 0.5 * window[0]) & (abs(impacts["y_m"]) <= 0.5 * window[1])
     count = int(inside.sum())
@@ -97,40 +117,74 @@ def coverage_stage(work: Work) -> tuple[dict, list[str]]:
     final = float(history.coverage[-1]) if history.coverage.size else 0.0
     metrics = {"final": final, "time_98_s": time_98}
     if time_98 is None:
-        metrics["time_98_s_reason"] = f"coverage reaches {final:.4f} in {scene.exposure_time_s:g} s; a longer exposure_time_s is needed"
+        metrics["time_98_s_reason"] = (
+            f"coverage reaches {final:.4f} in {scene.exposure_time_s:g} s; a longer exposure_time_s is needed"
+        )
     if count:
         metrics["avrami_final"] = float(counted[-1])
         metrics["avrami_time_98_s"] = avrami.time_to_coverage(FULL_COVERAGE, radius2, rate)
         metrics["avrami_mass_flow_final"] = float(
-            avrami.mass_flow_form(radius2, scene.nozzle.mass_flow_kg_s, scene.nozzle.footprint_area_m2,
-                                  _mean_cubed_radius(scene.shots), scene.shots.density_kg_m3, scene.exposure_time_s)
-        )  # fmt: skip
+            avrami.mass_flow_form(
+                radius2,
+                scene.nozzle.mass_flow_kg_s,
+                scene.nozzle.footprint_area_m2,
+                _mean_cubed_radius(scene.shots),
+                scene.shots.density_kg_m3,
+                scene.exposure_time_s,
+            )
+        )
     else:
         nothing = "no impact inside the window"
         for key in ("avrami_final", "avrami_time_98_s", "avrami_mass_flow_final"):
             metrics |= {key: None, f"{key}_reason": nothing}
-    metrics |= {"impacts_in_window": count, "peeq_final": None, "peeq_final_reason": "the target stage was not run"}
+    metrics |= {
+        "impacts_in_window": count,
+        "peeq_final": None,
+        "peeq_final_reason": "the target stage was not run",
+    }
     return {"coverage": plain(metrics)}, ["coverage.csv"]
 
 
 def target_stage(work: Work) -> tuple[dict, list[str]]:
     """Residual stress under the logged impacts."""
     ready_kernels()
-    cell = solve_cell(work.scene, load_impacts(work.path), load_dimple(work.path), work.path / "target", work.progress)
+    cell = solve_cell(
+        work.scene, load_impacts(work.path), load_dimple(work.path), work.path / "target", work.progress
+    )
     write_columns(
         work.path / "stress_profile.csv",
-        **{name: getattr(cell, name) for name in
-           ("depth_m", "sigma_xx_Pa", "sigma_yy_Pa", "peeq", "sigma_xx_std_Pa", "sigma_yy_std_Pa", "peeq_std")},
-    )  # fmt: skip
+        **{
+            name: getattr(cell, name)
+            for name in (
+                "depth_m",
+                "sigma_xx_Pa",
+                "sigma_yy_Pa",
+                "peeq",
+                "sigma_xx_std_Pa",
+                "sigma_yy_std_Pa",
+                "peeq_std",
+            )
+        },
+    )
     stress = profile_metrics(cell.depth_m, 0.5 * (cell.sigma_xx_Pa + cell.sigma_yy_Pa))
     metrics = {
-        "target": {"model": work.scene.models.target.model, "impacts": cell.impacts, "dofs": cell.dofs, "wall_s": cell.wall_s},
+        "target": {
+            "model": work.scene.models.target.model,
+            "impacts": cell.impacts,
+            "dofs": cell.dofs,
+            "wall_s": cell.wall_s,
+        },
         "residual_stress": stress,
         "coverage": {
-            "peeq_final": cell.coverage_peeq, "peeq_threshold": cell.edge_threshold, "peeq_027_final": cell.coverage_peeq_027,
+            "peeq_final": cell.coverage_peeq,
+            "peeq_threshold": cell.edge_threshold,
+            "peeq_027_final": cell.coverage_peeq_027,
         },
     }
-    return {section: plain(values) for section, values in metrics.items()}, ["stress_profile.csv", "target/driver.edp"]
+    return {section: plain(values) for section, values in metrics.items()}, [
+        "stress_profile.csv",
+        "target/driver.edp",
+    ]
 
 
 def surface_stage(work: Work) -> tuple[dict, list[str]]:
@@ -138,7 +192,9 @@ def surface_stage(work: Work) -> tuple[dict, list[str]]:
     scene, dimple = work.scene, load_dimple(work.path)
     spacing = dimple.radius_m / scene.accuracy.stamp_points_per_radius
     law = scene.target.material.combined  # the bounded law, as in the target stage: impacts overlap
-    x, y, z = height_map(load_impacts(work.path), dimple, scene.target.window_m, spacing, flow_stress_Pa=law.flow_stress_Pa)
+    x, y, z = height_map(
+        load_impacts(work.path), dimple, scene.target.window_m, spacing, flow_stress_Pa=law.flow_stress_Pa
+    )
     with atomic_path(work.path / "surface.npz") as part, open(part, "wb") as f:
         np.savez_compressed(f, x_m=x, y_m=y, z_m=z)
     return {"roughness": plain(areal(z, x[1] - x[0], y[1] - y[0]))}, ["surface.npz"]
@@ -171,13 +227,54 @@ def _mean_cubed_radius(shots) -> float:
 _SCENE = ("glue/scene/*.py",)
 _KERNELS = ("freefem/lib/*.idp", "freefem/plugin/*")
 STAGES = (
-    Stage("dimple", (), (*_SCENE, "glue/target/*.py", "glue/theory/*.py", "glue/meshes.py", "freefem/single_impact.edp", *_KERNELS),
-          ("dimple",), dimple_stage),
-    Stage("flow", ("dimple",), (*_SCENE, "glue/flow/*.py", "glue/theory/*.py", "yade_scripts/*.py"), ("flow",), flow_stage),
-    Stage("coverage", ("dimple", "flow"), ("glue/surface/coverage.py", "glue/theory/avrami.py"), ("coverage.csv",), coverage_stage),
-    Stage("target", ("dimple", "flow"), ("glue/target/*.py", "glue/surface/stress.py", "freefem/cell.edp", *_KERNELS),
-          ("target", "stress_profile.csv"), target_stage),
-    Stage("surface", ("dimple", "flow"), ("glue/surface/stamp.py", "glue/surface/roughness.py"), ("surface.npz",), surface_stage),
-    Stage("report", (), ("glue/report/*.py",), ("figures", "report.html"), report_stage,
-          uses=("dimple", "flow", "coverage", "target", "surface")),
-)  # fmt: skip
+    Stage(
+        "dimple",
+        (),
+        (
+            *_SCENE,
+            "glue/target/*.py",
+            "glue/theory/*.py",
+            "glue/meshes.py",
+            "freefem/single_impact.edp",
+            *_KERNELS,
+        ),
+        ("dimple",),
+        dimple_stage,
+    ),
+    Stage(
+        "flow",
+        ("dimple",),
+        (*_SCENE, "glue/flow/*.py", "glue/theory/*.py", "yade_scripts/*.py"),
+        ("flow",),
+        flow_stage,
+    ),
+    Stage(
+        "coverage",
+        ("dimple", "flow"),
+        ("glue/surface/coverage.py", "glue/theory/avrami.py"),
+        ("coverage.csv",),
+        coverage_stage,
+    ),
+    Stage(
+        "target",
+        ("dimple", "flow"),
+        ("glue/target/*.py", "glue/surface/stress.py", "freefem/cell.edp", *_KERNELS),
+        ("target", "stress_profile.csv"),
+        target_stage,
+    ),
+    Stage(
+        "surface",
+        ("dimple", "flow"),
+        ("glue/surface/stamp.py", "glue/surface/roughness.py"),
+        ("surface.npz",),
+        surface_stage,
+    ),
+    Stage(
+        "report",
+        (),
+        ("glue/report/*.py",),
+        ("figures", "report.html"),
+        report_stage,
+        uses=("dimple", "flow", "coverage", "target", "surface"),
+    ),
+)

@@ -53,8 +53,16 @@ def summary(path: Path) -> str:
     lines = [f"{manifest['scene']} (seed {manifest['seed']}) in {path}"]
     for section, (title, rows) in _ROWS.items():
         if section in metrics:
-            lines += ["", title, *(_line(metrics[section], *row) for row in rows if row[0] in metrics[section])]
-    lines += ["", "Models", *(f"  {stage:<34}{c['model']}: {c['why']}" for stage, c in manifest["choices"].items())]
+            lines += [
+                "",
+                title,
+                *(_line(metrics[section], *row) for row in rows if row[0] in metrics[section]),
+            ]
+    lines += [
+        "",
+        "Models",
+        *(f"  {stage:<34}{c['model']}: {c['why']}" for stage, c in manifest["choices"].items()),
+    ]
     lines += ["", "Cost", *_costs(manifest["stages"])]
     pictures = sorted((path / "figures").glob("*.png"))
     if pictures:
@@ -76,5 +84,7 @@ def _costs(stages: dict) -> list[str]:
     for name in (n for n in STAGE_ORDER if n in stages):
         record = stages[name]
         note = "" if record["state"] == "complete" else "   FAILED"
-        lines.append(f"  {name:<34}{record['wall_s']:.1f} s, {record['peak_memory_bytes'] / 1e6:.0f} MB{note}")
+        lines.append(
+            f"  {name:<34}{record['wall_s']:.1f} s, {record['peak_memory_bytes'] / 1e6:.0f} MB{note}"
+        )
     return lines

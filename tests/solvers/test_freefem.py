@@ -18,7 +18,11 @@ def run(tmp_path, stub):
         stub("PEEN_FREEFEM", code)
         (tmp_path / "job.edp").write_text("")
         return run_freefem(
-            tmp_path / "job.edp", cwd=tmp_path, log=tmp_path / "job.log", status=tmp_path / "status", **options
+            tmp_path / "job.edp",
+            cwd=tmp_path,
+            log=tmp_path / "job.log",
+            status=tmp_path / "status",
+            **options,
         )
 
     return go
@@ -34,7 +38,10 @@ def test_a_good_run_tells_its_cost_and_its_lines(run, tmp_path):
 
 
 def test_arguments_and_environment(run, tmp_path):
-    run(f"print(sys.argv[1:]); print(os.environ['FF_LOADPATH'], os.environ['OMP_NUM_THREADS']); {OK}", defines=["-n", "3"])
+    run(
+        f"print(sys.argv[1:]); print(os.environ['FF_LOADPATH'], os.environ['OMP_NUM_THREADS']); {OK}",
+        defines=["-n", "3"],
+    )
     typed, argv, variables = (tmp_path / "job.log").read_text().splitlines()
     assert typed.startswith("$ cd ") and "job.edp -n 3" in typed
     assert argv == str(["-nw", "-ne", "-v", "0", str(tmp_path / "job.edp"), "-n", "3"])
@@ -45,22 +52,50 @@ def test_arguments_and_environment(run, tmp_path):
     ("code", "cause", "advice"),
     [
         ("print('current line'); sys.exit(8)", "exit code 8 (assertion", "log"),
-        ("print('Load error : msh3\\n\\tline number :1, msh3'); sys.exit(2)", "plugin msh3 was not found", "make setup"),
-        ("print('Load error : peen_kernels'); sys.exit(2)", "kernel peen_kernels was not found", "make plugin"),
-        ("print('lex: Error input opening file \\n\\tline number :3, a.idp'); sys.exit(1)", "include file a.idp", "freefem/lib"),
+        (
+            "print('Load error : msh3\\n\\tline number :1, msh3'); sys.exit(2)",
+            "plugin msh3 was not found",
+            "make setup",
+        ),
+        (
+            "print('Load error : peen_kernels'); sys.exit(2)",
+            "kernel peen_kernels was not found",
+            "make plugin",
+        ),
+        (
+            "print('lex: Error input opening file \\n\\tline number :3, a.idp'); sys.exit(1)",
+            "include file a.idp",
+            "freefem/lib",
+        ),
         ("print('  current line = 41\\nExec error : exec assert'); sys.exit(8)", "failed at line 41", "log"),
-        ("print('  current line = 7\\nExec error : Out of bound in operator []'); sys.exit(8)", "out of bounds at line 7", "again"),
-        ("print('Erreur ouverture du fichier a.mesh'); sys.exit(8)", "cannot open the mesh file a.mesh", "complete"),
-        ("print(\"terminate called after 'std::bad_alloc'\"); os.kill(os.getpid(), signal.SIGABRT)", "out of memory", "stopped"),
+        (
+            "print('  current line = 7\\nExec error : Out of bound in operator []'); sys.exit(8)",
+            "out of bounds at line 7",
+            "again",
+        ),
+        (
+            "print('Erreur ouverture du fichier a.mesh'); sys.exit(8)",
+            "cannot open the mesh file a.mesh",
+            "complete",
+        ),
+        (
+            "print(\"terminate called after 'std::bad_alloc'\"); os.kill(os.getpid(), signal.SIGABRT)",
+            "out of memory",
+            "stopped",
+        ),
         ("os.kill(os.getpid(), signal.SIGKILL)", "killed by signal 9 (SIGKILL)", "memory"),
         ("os.kill(os.getpid(), signal.SIGSEGV)", "killed by signal 11 (SIGSEGV)", "doctor"),
         ("pass", "exit code 0, but it did not write status", "how far"),
         ("Path('status').write_text('')", "begins with ''", "log"),
         ("Path('status').write_text('ok\\nforce nan\\n')", "not finite", "smaller step"),
         ("Path('status').write_text('ok\\nforce -inf\\n')", "not finite", "smaller step"),
-        (f"print(' Error umpfack umfpack_di_numeric  status  1'); {OK}", "singular matrix (umfpack_di_numeric, status 1)", "boundary"),
+        (
+            f"print(' Error umpfack umfpack_di_numeric  status  1'); {OK}",
+            "singular matrix (umfpack_di_numeric, status 1)",
+            "boundary",
+        ),
     ],
-)  # fmt: skip
+)
 def test_failures_name_their_cause_and_what_to_try(run, tmp_path, code, cause, advice):
     with pytest.raises(SolverFailed) as caught:
         run(code)
@@ -99,7 +134,10 @@ def test_time_limit_kills_the_whole_group(run, tmp_path):
     # The stub's child would write its file 1 s later if it outlived its parent.
     child = "import time; time.sleep(1); open('alive', 'w')"
     with pytest.raises(SolverFailed, match="not finished after 0.3 s"):
-        run(f"import subprocess; subprocess.Popen([sys.executable, '-c', {child!r}]); time.sleep(60)", timeout_s=0.3)
+        run(
+            f"import subprocess; subprocess.Popen([sys.executable, '-c', {child!r}]); time.sleep(60)",
+            timeout_s=0.3,
+        )
     import time
 
     time.sleep(1.3)

@@ -42,7 +42,9 @@ def test_singular_matrix_is_refused_although_freefem_ends_with_0(tmp_path):
 
 def test_lines_come_as_they_are_printed(tmp_path):
     """FreeFem++ alone gives a pipe all its output at the end: then no progress could be shown."""
-    (tmp_path / "job.edp").write_text('cout << "first" << endl;\nexec("sleep 0.5");\ncout << "second" << endl;\n' + DONE)
+    (tmp_path / "job.edp").write_text(
+        'cout << "first" << endl;\nexec("sleep 0.5");\ncout << "second" << endl;\n' + DONE
+    )
     when = {}
     run_freefem(tmp_path / "job.edp", cwd=tmp_path, log=tmp_path / "log", status=tmp_path / "status",
                 on_line=lambda line: when.setdefault(line, time.monotonic()))  # fmt: skip
@@ -79,7 +81,8 @@ def test_compile_only(tmp_path):
 def test_kernel_is_built_once_and_its_errors_are_shown(tmp_path):
     good = tmp_path / "twice.cpp"
     good.write_text('#include "ff++.hpp"\n// ff-c++: -lm\ndouble twice(double x) { return 2 * x; }\n'
-                    'static void load() { Global.Add("twice", "(", new OneOperator1<double, double>(twice)); }\n'
+                    "static void load() {"
+                    ' Global.Add("twice", "(", new OneOperator1<double, double>(twice)); }\n'
                     "LOADFUNC(load)\n")  # fmt: skip
     folder = build_plugin(sources=tmp_path)
     try:

@@ -38,7 +38,16 @@ preset = "fast"
 # The keys of metrics.json that others rely on.
 SCHEMA = {
     "flow": {"model", "collision_number", "impacts", "mean_normal_speed_m_s", "collided_fraction", "wall_s"},
-    "dimple": {"radius_m", "depth_m", "crest_radius_m", "restitution", "peak_force_N", "contact_time_s", "speed_m_s", "wall_s"},
+    "dimple": {
+        "radius_m",
+        "depth_m",
+        "crest_radius_m",
+        "restitution",
+        "peak_force_N",
+        "contact_time_s",
+        "speed_m_s",
+        "wall_s",
+    },
     "coverage": {"final", "time_98_s", "avrami_final", "avrami_time_98_s", "impacts_in_window", "peeq_final"},
     "residual_stress": {"surface_Pa", "max_compressive_Pa", "max_compressive_depth_m", "compressive_depth_m"},
     "roughness": {"Sa_m", "Sq_m", "Sz_m", "Ssk", "Sku", "levelling", "filter"},
@@ -98,7 +107,9 @@ def test_the_stages_agree_with_each_other(runs):
 def test_the_manifest_says_how_each_stage_came_about(runs):
     manifest = json.loads((runs[0] / "manifest.json").read_text())
     assert list(manifest["stages"]) == ["dimple", "flow", "coverage", "target", "surface", "report"]
-    programs = {name: [p["program"] for p in record["processes"]] for name, record in manifest["stages"].items()}
+    programs = {
+        name: [p["program"] for p in record["processes"]] for name, record in manifest["stages"].items()
+    }
     assert programs["flow"] == ["yade"] and programs["target"] == ["FreeFem++"]
     assert set(programs["dimple"]) == {"FreeFem++"}
     for name, record in manifest["stages"].items():

@@ -19,7 +19,7 @@ from glue.study.stage import Stage
 
 
 class Stubs:
-    """Three stages a -> b -> c and a report d of whatever is there; each writes ``<name>.txt`` and counts its runs."""
+    """Stages a -> b -> c and a report d of whatever is there; each writes ``<name>.txt``."""
 
     def __init__(self):
         self.ran, self.fail, self.salt = [], {}, {}
@@ -36,7 +36,9 @@ class Stubs:
             if name in self.fail:
                 (work.path / f"{name}.half").write_text("half")
                 raise self.fail[name]
-            text = name + self.salt.get(name, "") + "".join((work.path / f"{n}.txt").read_text() for n in needs)
+            text = (
+                name + self.salt.get(name, "") + "".join((work.path / f"{n}.txt").read_text() for n in needs)
+            )
             write_text_atomic(work.path / f"{name}.txt", text)
             return {name: {"value": len(text)}}, [f"{name}.txt"]
 
@@ -63,13 +65,23 @@ def test_runs_every_stage_once_and_none_the_second_time(stubs, tmp_path):
     first = (out / "metrics.json").read_bytes()
     assert stubs.go(out) == []
     assert (out / "metrics.json").read_bytes() == first
-    assert json.loads(first) == {"schema": 1, "a": {"value": 1}, "b": {"value": 2}, "c": {"value": 3}, "d": {"value": 1}}
+    assert json.loads(first) == {
+        "schema": 1,
+        "a": {"value": 1},
+        "b": {"value": 2},
+        "c": {"value": 3},
+        "d": {"value": 1},
+    }
 
 
 def test_the_manifest_tells_what_was_done(stubs, tmp_path):
     stubs.go(tmp_path / "run", preset="fast")
     found = manifest(tmp_path / "run")
-    assert (found["seed"], found["preset_argument"], found["inputs"]["accuracy"]["preset"]) == (1, "fast", "fast")
+    assert (found["seed"], found["preset_argument"], found["inputs"]["accuracy"]["preset"]) == (
+        1,
+        "fast",
+        "fast",
+    )
     assert found["choices"]["flow"]["model"] == "dem" and found["choices"]["flow"]["why"]
     record = found["stages"]["b"]
     assert (record["state"], record["exit_code"]) == ("complete", 0)
@@ -157,7 +169,7 @@ def test_changed_sources_make_a_stage_run_again(stubs, tmp_path, monkeypatch):
 
 def test_another_preset_is_another_run(stubs, tmp_path):
     stubs.go(tmp_path / "run")
-    with pytest.raises(InputError, match="accuracy.preset: there \"balanced\", here \"fast\""):
+    with pytest.raises(InputError, match='accuracy.preset: there "balanced", here "fast"'):
         stubs.go(tmp_path / "run", preset="fast")
     assert stubs.ran == []
 
@@ -186,18 +198,21 @@ def test_a_kill_leaves_no_solver_running_and_no_record_of_the_stage(tmp_path, nu
     """A stage waits for a solver that would write ``alive`` after a second; peen is killed before that."""
     program = tmp_path / "program.py"
     program.write_text(
-        "import os, sys, time\nfrom pathlib import Path\nfrom glue import cli\nfrom glue.solvers import process\n"
+        "import os, sys\nfrom glue import cli\nfrom glue.solvers import process\n"
         "from glue.study import pipeline\nfrom glue.study.stage import Stage\n"
         "def run(work):\n"
         "    code = \"import time; print('up', flush=True); time.sleep(1); open('alive', 'w')\"\n"
-        "    process.run([sys.executable, '-c', code], cwd=work.path, log=work.path / 'log', env=os.environ,\n"
+        "    process.run([sys.executable, '-c', code], cwd=work.path,\n"
+        "                log=work.path / 'log', env=os.environ,\n"
         "                on_line=lambda line: print(line, flush=True))\n"
         "    return {}, []\n"
         "pipeline._default_stages = lambda: (Stage('flow', (), (), (), run),)\n"
         "sys.exit(cli.main(['run', 'al2024-s390', '--out', 'run']))\n"
     )
     env = {**os.environ, "PYTHONPATH": str(repo_root())}
-    child = subprocess.Popen([sys.executable, program], cwd=tmp_path, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    child = subprocess.Popen(
+        [sys.executable, program], cwd=tmp_path, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
     assert child.stdout.readline() == b"up\n"
     child.send_signal(number)
     _, stderr = child.communicate(timeout=20)

@@ -17,7 +17,9 @@ def scene_file(tmp_path):
 
 def make(path, scene_file, **resolved):
     facts = {"scene": "s", "seed": 1}
-    return RunDirectory.create_or_continue(path, scene_file=scene_file, preset=None, resolved=resolved, facts=facts)
+    return RunDirectory.create_or_continue(
+        path, scene_file=scene_file, preset=None, resolved=resolved, facts=facts
+    )
 
 
 def test_a_new_directory_holds_the_scene_and_its_inputs(tmp_path, scene_file):

@@ -19,7 +19,7 @@ RADIUS = 0.5e-3
 
 @pytest.fixture
 def work(tmp_path, monkeypatch):
-    """work(impacts as (time_s, x_m) rows, restitution): the default scene (3 s, window 4 x 4 mm, radius .5 mm dimples)."""
+    """work(rows of (time_s, x_m), restitution): default scene (3 s, window 4 x 4 mm), dimples of .5 mm."""
 
     def make(rows, restitution=0.34):
         impacts = np.zeros(len(rows), COLUMNS)
@@ -51,7 +51,9 @@ def test_coverage_of_two_impacts(work, tmp_path):
     assert found["avrami_time_98_s"] == pytest.approx(3.0 * -math.log(0.02) / hits, rel=1e-12)
     # (2.2): .01667 kg/s of 4.084e-6 kg shots (7800 kg/m3, 1 mm) for 3 s on a jet of 20 mm
     shots = 0.01667 * 3.0 / (7800 * math.pi / 6 * 1e-9)
-    assert found["avrami_mass_flow_final"] == pytest.approx(1 - math.exp(-shots * disc / (math.pi * 0.01**2)), rel=1e-12)
+    assert found["avrami_mass_flow_final"] == pytest.approx(
+        1 - math.exp(-shots * disc / (math.pi * 0.01**2)), rel=1e-12
+    )
     assert files == ["coverage.csv"]
     lines = (tmp_path / "coverage.csv").read_text().splitlines()
     assert lines[0] == "time_s,coverage,avrami" and lines[1] == "0,0,0"

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 
 from glue.scene.fields import show
 from glue.scene.model import Accuracy, Material, Nozzle, Shots
+from glue.scene.presets import CELL_DEPTH_IN_RADII
 from glue.scene.schema import MAX_RASTER_POINTS, MAX_SHOTS, MAX_VOLUME_FRACTION
 
 Problem = tuple[str, str]
@@ -92,11 +93,12 @@ def resolution_problems(
 ) -> Iterator[Problem]:
     """The window against the dimple: wide enough to carry coverage, narrow enough for one raster."""
     radius = estimated_dimple_radius_m(shots, nozzle.normal_speed_m_s, material)
-    if min(window_m) < 4.0 * radius:
+    least = 1.05 * accuracy.cell_side_in_radii * radius  # 5 %: the error of the estimate
+    if min(window_m) < least:
         yield (
             "target.window_m",
             f"{show(min(window_m))} m is too narrow for dimples of about {show(radius)} m radius (estimate): "
-            f"coverage and stress want at least 4 radii; allowed from {show(4.0 * radius)} m up",
+            f"the target's cell wants {show(accuracy.cell_side_in_radii)} radii; allowed from {show(least)} m up",
         )
     spacing = radius / max(accuracy.coverage_points_per_radius, accuracy.stamp_points_per_radius)
     points = window_m[0] * window_m[1] / spacing**2
@@ -107,6 +109,20 @@ def resolution_problems(
             f"{_size(window_m)} needs a raster of {points:.1e} points for dimples of about {show(radius)} m "
             f"radius (estimate); allowed: a square window up to {show(widest)} m "
             f'at preset "{accuracy.preset}"',
+        )
+
+
+def thickness_problems(
+    shots: Shots, nozzle: Nozzle, material: Material, thickness_m: float
+) -> Iterator[Problem]:
+    """The plate must be thicker than the peened layer, or its release is no longer that of plate theory."""
+    radius = estimated_dimple_radius_m(shots, nozzle.normal_speed_m_s, material)
+    least = 2.0 * CELL_DEPTH_IN_RADII * radius
+    if thickness_m < least:
+        yield (
+            "target.thickness_m",
+            f"{show(thickness_m)} m is thinner than twice the target's cell of {show(CELL_DEPTH_IN_RADII)} dimple radii "
+            f"(about {show(radius)} m each, estimate); allowed from {show(least)} m up, or no thickness",
         )
 
 

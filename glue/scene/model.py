@@ -10,10 +10,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+TRUNCATION_SD = 2.5  # a size distribution is a normal one cut at this many standard deviations on either side
+# Variance of that distribution over sd^2: 1 - 2 c phi(c) / (2 Phi(c) - 1).
+TRUNCATED_VARIANCE = 1.0 - 2.0 * TRUNCATION_SD * math.exp(-0.5 * TRUNCATION_SD**2) / math.sqrt(2.0 * math.pi) / math.erf(
+    TRUNCATION_SD / math.sqrt(2.0)
+)
 
 @dataclass(frozen=True)
 class JohnsonCook:
-    """Flow stress (A + B p^n)(1 + C ln(rate/rate_ref)); the rate and temperature terms are carried, not yet used."""
+    """Flow stress (A + B p^n)(1 + C ln(rate/rate_ref)); the rate term is carried, not yet used."""
 
     A_Pa: float
     B_Pa: float
@@ -47,7 +52,7 @@ class CombinedHardening:
 
 @dataclass(frozen=True)
 class Material:
-    """Target material. ``johnson_cook`` serves single impacts, ``combined`` every run where impacts overlap."""
+    """Target material: ``johnson_cook`` serves single impacts, ``combined`` every run where impacts overlap."""
 
     key: str
     name: str
@@ -63,7 +68,7 @@ class Material:
 
 @dataclass(frozen=True)
 class Shots:
-    """The medium. ``size`` is "mono" (every shot ``diameter_m``) or "distribution" (truncated normal, ``size_cv``)."""
+    """The medium. ``size``: "mono" (every shot ``diameter_m``) or "distribution" (truncated normal, ``size_cv``)."""
 
     grade: str | None
     diameter_m: float
@@ -78,8 +83,8 @@ class Shots:
 
     @property
     def mean_mass_kg(self) -> float:
-        """Mean mass of one shot [kg]; E[d^3] = d^3 (1 + 3 cv^2) for the (barely truncated) normal."""
-        spread = 1.0 + 3.0 * self.size_cv**2 if self.size == "distribution" else 1.0
+        """Mean mass of one shot [kg]; E[d^3] = d^3 (1 + 3 k cv^2), k the variance left by the cut at 2.5 sd."""
+        spread = 1.0 + 3.0 * TRUNCATED_VARIANCE * self.size_cv**2 if self.size == "distribution" else 1.0
         return self.density_kg_m3 * math.pi / 6.0 * self.diameter_m**3 * spread
 
 
@@ -117,6 +122,7 @@ class Nozzle:
 class Target:
     material: Material
     window_m: tuple[float, float]  # size in x and y, centred on the jet axis
+    thickness_m: float | None = None  # of a free plate; None: too thick to stretch or bend
 
     @property
     def window_area_m2(self) -> float:

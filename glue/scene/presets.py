@@ -5,6 +5,7 @@ from __future__ import annotations
 from glue.scene.model import Accuracy
 
 DEFAULT_PRESET = "balanced"
+CELL_DEPTH_IN_RADII = 6.0  # of the target cell, every preset: plastic strain of full coverage ends near 4
 
 PRESETS: dict[str, Accuracy] = {
     accuracy.preset: accuracy

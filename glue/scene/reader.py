@@ -49,14 +49,14 @@ def read_scene(path: Path | str, *, preset: str | None = None) -> Scene:
     }
     shots = _read_shots_table(top)
     nozzle = _read_nozzle(top)
-    material, window = _read_target(top)
+    material, window, thickness = _read_target(top)
     restitution = Restitution(**_small_table(top, "restitution", schema.RESTITUTION))
     friction = Friction(**_small_table(top, "friction", schema.FRICTION))
     models = _read_models(top)
     accuracy = _read_accuracy(top, preset)
 
     for key_path, sentence in _cross_checks(
-        shots, nozzle, material, window, accuracy, head.get("exposure_time_s")
+        shots, nozzle, material, window, thickness, accuracy, head.get("exposure_time_s")
     ):
         log.problem(key_path, sentence)
     if log.problems:
@@ -67,7 +67,7 @@ def read_scene(path: Path | str, *, preset: str | None = None) -> Scene:
         exposure_time_s=head["exposure_time_s"],
         shots=shots,
         nozzle=nozzle,
-        target=Target(material, window),
+        target=Target(material, window, thickness),
         restitution=restitution,
         friction=friction,
         models=models,
@@ -167,13 +167,17 @@ def _read_nozzle(top: Table) -> Nozzle | None:
 
 
 def _read_target(top: Table):
-    """(Material or None, window or None)."""
+    """(Material or None, window or None, thickness or None); no thickness is a part too thick to stretch or bend."""
     table = top.table("target", "material and window_m")
     if table is None:
-        return None, None
-    known = ("material", "window_m")
-    table.refuse_others(known, not_built=schema.TARGET_NOT_BUILT, elsewhere=schema.BELONGS_IN)
-    return read_material(table), read_window(table)
+        return None, None, None
+    table.refuse_others(("material", "window_m", "thickness_m"), elsewhere=schema.BELONGS_IN)
+    thickness = None
+    if "thickness_m" in table:
+        thickness = table.get("thickness_m", schema.TARGET["thickness_m"])
+    else:
+        table.log.default(table.at("thickness_m"), "none", "a part too thick to stretch or bend; choice of this project")
+    return read_material(table), read_window(table), thickness
 
 
 def _small_table(top: Table, key: str, fields: dict) -> dict:
@@ -212,12 +216,14 @@ def _read_accuracy(top: Table, preset: str | None) -> Accuracy | None:
     return PRESETS[word] if word else None
 
 
-def _cross_checks(shots, nozzle, material, window, accuracy, exposure_time_s):
+def _cross_checks(shots, nozzle, material, window, thickness, accuracy, exposure_time_s):
     """Problems between keys, as far as the keys themselves could be read."""
     if shots and nozzle:
         yield from consistency.jet_problems(shots, nozzle)
         if exposure_time_s:
             yield from consistency.count_problems(shots, nozzle, exposure_time_s)
+        if material and thickness:
+            yield from consistency.thickness_problems(shots, nozzle, material, thickness)
         if window:
             yield from consistency.window_problems(shots, nozzle, window)
             if material and accuracy:

@@ -54,7 +54,7 @@ NOZZLE_ZERO = {
     "feed_speed_m_s": not_built("a moving nozzle is", "a nozzle at rest"),
 }
 
-TARGET = {"window_side_m": Number(2e-5, 0.2, "m")}
+TARGET = {"window_side_m": Number(2e-5, 0.2, "m"), "thickness_m": Number(1e-4, 1.0, "m")}
 
 MATERIAL = {
     "name": Text(
@@ -128,7 +128,6 @@ SHOTS_NOT_BUILT = {"mass_fraction": not_built("mixed shots are", "one kind of sh
 NOZZLE_NOT_BUILT = {
     key: not_built("a moving nozzle is", "a nozzle at rest") for key in ("passes", "pitch_m", "dwell_s")
 }
-TARGET_NOT_BUILT = {"thickness_m": not_built("a target of finite thickness is", "a thick target")}
 JOHNSON_COOK_NOT_BUILT = {
     key: not_built("the temperature term is", "A_Pa, B_Pa, n, C, rate_ref_1_s") for key in ("m", "melting_K")
 }

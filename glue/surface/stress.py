@@ -6,6 +6,8 @@ import numpy as np
 
 from glue.errors import InputError
 
+FADING = 0.01  # tension below this share of the largest compression is no sign change
+
 
 def profile_metrics(depth_m, sigma_Pa) -> dict:
     """Metrics of a residual-stress profile ``sigma_Pa`` (n,), tension positive, at rising ``depth_m`` (n,).
@@ -13,7 +15,9 @@ def profile_metrics(depth_m, sigma_Pa) -> dict:
     surface_Pa: the value at depth 0, else extrapolated on the line through the first two points.
     max_compressive_Pa (negative), max_compressive_depth_m: vertex of the parabola through the lowest point
     and its two neighbours (any spacing); the lowest point itself at an end of the profile.
-    compressive_depth_m: where the stress, below its minimum, first turns to tension, by linear interpolation.
+    compressive_depth_m: where the stress, below its minimum, first turns to tension, by linear interpolation; not
+    where it only fades, never rising above FADING of the largest compression.
+    tenth_depth_m: where it has first fallen to a tenth of the largest compression.
     force_balance_N_m: integral of sigma dz over the profile (trapezoid), force_balance_relative: over that of
     |sigma|.  A free plate has 0; a profile cut off inside the plate, or of a constrained cell, has not.
 
@@ -25,12 +29,13 @@ def profile_metrics(depth_m, sigma_Pa) -> dict:
     lowest = int(np.argmin(sigma))
     if sigma[lowest] >= 0.0:
         reason = "no compressive stress anywhere in the profile"
-        for key in ("max_compressive_Pa", "max_compressive_depth_m", "compressive_depth_m"):
+        for key in ("max_compressive_Pa", "max_compressive_depth_m", "compressive_depth_m", "tenth_depth_m"):
             result |= {key: None, f"{key}_reason": reason}
     else:
         depth, stress = _vertex(z, sigma, lowest)
         result |= {"max_compressive_Pa": stress, "max_compressive_depth_m": depth}
         result |= _sign_change(z, sigma, lowest)
+        result |= _crossing("tenth_depth_m", z, sigma, lowest, 0.1 * sigma[lowest])
     force = _trapezoid(sigma, z)
     # |sigma| of a polygon, exactly: the trapezoid rule with the crossings put in
     z_all, sigma_all = _with_crossings(z, sigma)
@@ -71,13 +76,22 @@ def _vertex(z, sigma, i) -> tuple[float, float]:
 
 
 def _sign_change(z, sigma, lowest) -> dict:
-    tension = np.flatnonzero(sigma[lowest:] >= 0.0)
-    if tension.size == 0:
-        reason = f"still compressive ({sigma[-1] / 1e6:.0f} MPa) at the profile's end, {z[-1] * 1e3:.3f} mm"
+    limit = FADING * abs(sigma[lowest])
+    if sigma[lowest:].max() <= limit and abs(sigma[-1]) <= limit:
+        reason = "the stress fades to zero with depth and never turns to tension: a part too thick to stretch or bend"
         return {"compressive_depth_m": None, "compressive_depth_m_reason": reason}
-    k = lowest + int(tension[0])
-    share = sigma[k - 1] / (sigma[k - 1] - sigma[k])
-    return {"compressive_depth_m": float(z[k - 1] + share * (z[k] - z[k - 1]))}
+    return _crossing("compressive_depth_m", z, sigma, lowest, 0.0)
+
+
+def _crossing(key: str, z, sigma, lowest: int, level: float) -> dict:
+    """Depth below the minimum at which the stress first rises to ``level``."""
+    above = np.flatnonzero(sigma[lowest:] >= level)
+    if above.size == 0:
+        reason = f"still compressive ({sigma[-1] / 1e6:.0f} MPa) at the profile's end, {z[-1] * 1e3:.3f} mm"
+        return {key: None, f"{key}_reason": reason}
+    k = lowest + int(above[0])
+    share = (sigma[k - 1] - level) / (sigma[k - 1] - sigma[k])
+    return {key: float(z[k - 1] + share * (z[k] - z[k - 1]))}
 
 
 def _with_crossings(z, sigma):

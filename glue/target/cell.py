@@ -16,6 +16,7 @@ import numpy as np
 
 from glue.errors import InputError, NotConverged
 from glue.scene.model import Accuracy, Scene
+from glue.scene.presets import CELL_DEPTH_IN_RADII
 from glue.solvers import run_freefem
 from glue.target.dimple import Dimple
 from glue.target.driver import Parameter, kernel_flavour, law_table, write_driver
@@ -27,7 +28,6 @@ LITERATURE_THRESHOLD = 0.027  # equivalent plastic strain that finite-element st
 WORK_ERROR_LIMIT = 0.02  # work of any impact against its energy
 BALANCE_LIMIT = 0.05  # layer mean of the vertical stress (exactly 0) over the largest in-plane one
 
-_DEPTH_IN_RADII = 6.0  # the plastic zone of full coverage ends near 4 (printed: share of stress in the last layer)
 _FIRST_LAYER_IN_RADII = 0.1
 _FORCE_TOLERANCE = 1e-2  # of the contact force; with the gap tolerance a tighter one moves stresses by < 2 MPa
 _GAP_IN_RADII = 4.4e-4
@@ -41,7 +41,7 @@ class CellResult:
     depth_m: np.ndarray  # (n,) middle of each layer
     sigma_xx_Pa: np.ndarray  # (n,)
     sigma_yy_Pa: np.ndarray
-    sigma_xx_std_Pa: np.ndarray  # standard deviation over position inside the layer
+    sigma_xx_std_Pa: np.ndarray  # standard deviation over position inside the layer, of blocks an element wide
     sigma_yy_std_Pa: np.ndarray
     peeq: np.ndarray
     peeq_std: np.ndarray
@@ -90,7 +90,7 @@ def solve_cell(
 
 def layer_bounds_mm(accuracy: Accuracy, radius_m: float) -> np.ndarray:
     """Depths [mm] of the element layers' faces, (layers + 1,), 0 first; thickness grows geometrically."""
-    depth, layers = _DEPTH_IN_RADII * radius_m * 1e3, _layers(accuracy)
+    depth, layers = CELL_DEPTH_IN_RADII * radius_m * 1e3, _layers(accuracy)
     ratio = _ratio(layers)
     return depth * (ratio ** np.arange(layers + 1) - 1.0) / (ratio**layers - 1.0)
 
@@ -105,7 +105,7 @@ def _ratio(layers: int) -> float:
     for _ in range(80):
         q = 0.5 * (lo + hi)
         total = _FIRST_LAYER_IN_RADII * (q**layers - 1.0) / (q - 1.0)
-        lo, hi = (q, hi) if total < _DEPTH_IN_RADII else (lo, q)
+        lo, hi = (q, hi) if total < CELL_DEPTH_IN_RADII else (lo, q)
     return 0.5 * (lo + hi)
 
 
@@ -118,7 +118,7 @@ def cell_driver(name: str, law: list[float], accuracy: Accuracy, dimple: Dimple,
         Parameter("string", "statusFile", "status", "written last"),
         Parameter("real[int]", "law", law, "E nu | A B n | Q b | X1 g1 X2 g2, stresses in MPa"),
         Parameter("real", "side", side_m * 1e3, "mm, period in x and y"),
-        Parameter("real", "depth", _DEPTH_IN_RADII * radius, "mm"),
+        Parameter("real", "depth", CELL_DEPTH_IN_RADII * radius, "mm"),
         Parameter("int", "elements", accuracy.cell_elements_per_side, "per side"),
         Parameter("int", "layers", layers, "of elements"),
         Parameter("real", "layerRatio", _ratio(layers), "thickness of a layer over that above it"),
@@ -147,8 +147,15 @@ def read_cell(workdir: Path, accuracy: Accuracy, dimple: Dimple, patch: Patch, s
     def mean(values: np.ndarray) -> np.ndarray:
         return np.bincount(layer, points["volume_mm3"] * values) / volume
 
+    # Scatter is that of means over blocks of six tetrahedra: inside one element plastic flow at constant volume lets
+    # the pressure oscillate from Gauss point to Gauss point (twice the scatter, no physics; layer means are free of it).
+    n, size = accuracy.cell_elements_per_side, side_m * 1e3 / accuracy.cell_elements_per_side
+    column = np.minimum(points["x_mm"] // size, n - 1) * n + np.minimum(points["y_mm"] // size, n - 1)
+    block = layer * n * n + column.astype(int)
+    block_volume = np.bincount(block, points["volume_mm3"])
+
     def spread(values: np.ndarray) -> np.ndarray:
-        return np.sqrt(np.maximum(mean(values**2) - mean(values) ** 2, 0.0))
+        return (np.bincount(block, points["volume_mm3"] * values) / block_volume).reshape(-1, n * n).std(axis=1)
 
     vertical, in_plane = mean(points["s_zz"]), mean(0.5 * (points["s_xx"] + points["s_yy"]))
     top, fresh = read_table(workdir / "final_top.csv"), read_table(workdir / "nominal_top.csv")

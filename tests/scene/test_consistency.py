@@ -107,11 +107,11 @@ def test_expected_number_of_shots(write_scene, problems_of):
 
 
 def test_window_against_the_dimple(write_scene, problems_of):
-    """Four radii of .22678 mm are .90711 mm; 1e4 x 1e4 points at .22678 / 20 mm (balanced) are 113.4 mm."""
-    read_scene(write_scene({"target.window_m": "[0.00091, 0.00091]"}))
+    """1.05 x 4.8 radii of .22678 mm are 1.14296 mm; 1e4 x 1e4 points at .22678 / 20 mm (balanced) are 113.4 mm."""
+    read_scene(write_scene({"target.window_m": "[0.00115, 0.00115]"}))
     assert problems_of({"target.window_m": "[0.00090, 0.004]"}) == [
         "target.window_m: 0.0009 m is too narrow for dimples of about 0.000226778 m radius (estimate): "
-        "coverage and stress want at least 4 radii; allowed from 0.000907113 m up"
+        "the target's cell wants 4.8 radii; allowed from 0.00114296 m up"
     ]
     wide = {"nozzle.jet_diameter_m": "0.2"}
     read_scene(write_scene(wide | {"target.window_m": "[0.113, 0.113]"}))

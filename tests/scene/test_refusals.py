@@ -114,7 +114,7 @@ UNKNOWN = {
     "jet_diameter_m, stand_off_m, impact_angle_deg, divergence_half_angle_deg, feed_speed_m_s",
     ("shots.diameter_mm", "1.0"): 'unknown key; did you mean "diameter_m"? '
     "allowed: grade, diameter_m, density_kg_m3, E_Pa, nu, size, size_cv",
-    ("target.materiel", '"in718"'): 'unknown key; did you mean "material"? allowed: material, window_m',
+    ("target.materiel", '"in718"'): 'unknown key; did you mean "material"? allowed: material, window_m, thickness_m',
     ("restitution.shot_target_e", "0.4"): 'unknown key; did you mean "shot_target"? '
     "allowed: shot_target, shot_shot",
     ("friction.shotshot", "0.4"): 'unknown key; did you mean "shot_shot"? allowed: shot_target, shot_shot',
@@ -154,7 +154,6 @@ NOT_BUILT = {
     ("nozzle", "[{speed_m_s = 60.0}]"): f"several nozzles are {LATER} one, written [nozzle]",
     ("shots", '[{grade = "S390"}]'): f"mixed shots are {LATER} one, written [shots]",
     ("shots.mass_fraction", "0.5"): f"mixed shots are {LATER} one kind of shot",
-    ("target.thickness_m", "0.005"): f"a target of finite thickness is {LATER} a thick target",
     ("models.flow", '"event"'): '"event" (event-driven shots) is not built yet in this version; '
     'allowed "auto", "dem"',
     ("models.flow", '"ballistic"'): '"ballistic" (shots that never meet each other) is not built yet in this '

@@ -32,7 +32,7 @@ def test_parabola_is_found_exactly_on_any_grid(z):
 def test_sign_change_is_linear_and_below_the_minimum():
     got = profile_metrics([0.0, 1.0, 2.0, 4.0, 5.0], [10.0, -100.0, -30.0, 10.0, -5.0])
     assert got["compressive_depth_m"] == pytest.approx(3.5)
-    assert profile_metrics([0.0, 1.0, 2.0], [-1.0, -1.0, 0.0])["compressive_depth_m"] == 2.0
+    assert profile_metrics([0.0, 1.0, 2.0, 3.0], [-1.0, -1.0, 0.0, 1.0])["compressive_depth_m"] == 2.0
 
 
 def test_surface_is_extrapolated_when_the_first_point_lies_deeper():
@@ -91,3 +91,16 @@ def test_force_balance():
 def test_bad_profiles(z, sigma, text):
     with pytest.raises(InputError, match=text):
         profile_metrics(z, sigma)
+
+
+def test_a_stress_that_only_fades_has_no_sign_change():
+    """A half-space's layer means end in rounding of either sign: no depth at which it turns to tension."""
+    for tail in (1e3, -1e3):
+        got = profile_metrics([0.0, 1e-4, 2e-4, 3e-4], [-300e6, -400e6, -20e6, tail])
+        assert got["compressive_depth_m"] is None
+        assert "fades" in got["compressive_depth_m_reason"]
+
+
+def test_depth_at_a_tenth_of_the_largest_compression():
+    got = profile_metrics([0.0, 1.0, 2.0, 3.0], [-50.0, -100.0, -20.0, 0.0])
+    assert got["tenth_depth_m"] == pytest.approx(2.5)

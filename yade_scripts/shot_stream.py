@@ -10,10 +10,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from yade import O
-
 from contact_model import LIVE, PARKED, add_shot, look_for_partners
-from impact_logger import Flying, FlowFailed, ImpactLogger
+from impact_logger import FlowFailed, Flying, ImpactLogger
+from yade import O
 
 # Shots are inserted this many (largest) diameters upstream of the exit plane, where rebounding shots are
 # dropped, so that no shot can appear inside one that leaves.

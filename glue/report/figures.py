@@ -157,7 +157,10 @@ def stress_plot(
                 f"{1e3 * marks['compressive_depth_m']:.2f} mm",
                 (10, -18),
             )
-        axes.set(xlabel="depth [mm]", ylabel="residual stress [MPa]", xlim=(0, depth[-1]))
+        deepest = depth[-1]
+        if peeq is not None and np.max(peeq) > 0:  # the rest of a thick plate is one straight line
+            deepest = min(deepest, 2.0 * depth[np.flatnonzero(np.asarray(peeq) > 1e-3 * np.max(peeq))[-1]])
+        axes.set(xlabel="depth [mm]", ylabel="residual stress [MPa]", xlim=(0, deepest))
         axes.margins(y=0.1)
         handles, labels = axes.get_legend_handles_labels()
         if peeq is not None:

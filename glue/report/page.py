@@ -26,6 +26,7 @@ ROWS = {
         ("surface_Pa", "at the surface", 1e-6, "MPa", 0),
         ("max_compressive_Pa", "largest compressive", 1e-6, "MPa", 0),
         ("max_compressive_depth_m", "at depth", 1e6, "µm", 0),
+        ("tenth_depth_m", "down to a tenth of it at depth", 1e6, "µm", 0),
         ("compressive_depth_m", "turns to tension at depth", 1e6, "µm", 0),
         ("force_balance_relative", "force balance, ∫σdz / ∫|σ|dz", 1, "", 3),
     )),
@@ -54,6 +55,11 @@ ROWS = {
     "target": ("Target model", (
         ("model", "model", None, "", 0),
         ("impacts", "impacts solved", 1, "", 0),
+        ("exposure", "dimple areas over cell area", 1, "", 2),
+        ("window_exposure", "the same in the window", 1, "", 2),
+        ("neglected_energy_share", "energy of impacts too faint to solve", 100, "%", 2),
+        ("nominal_depth_error", "single dimple on this mesh, depth error", 100, "%", 1),
+        ("cell_Sa_m", "Sa of the cell's own surface", 1e6, "µm", 1),
         ("dofs", "unknowns", 1, "", 0),
     )),
 }  # fmt: skip

@@ -20,6 +20,7 @@ from glue.surface.stress import profile_metrics
 from glue.target.cell import solve_cell
 from glue.target.dimple import Dimple, solve_dimple
 from glue.target.driver import kernel_flavour
+from glue.target.part import part_profile
 from glue.theory import avrami
 
 FULL_COVERAGE = 0.98  # the level at which the trade calls a surface fully covered
@@ -151,26 +152,19 @@ def target_stage(work: Work) -> tuple[dict, list[str]]:
     cell = solve_cell(
         work.scene, load_impacts(work.path), load_dimple(work.path), work.path / "target", work.progress
     )
-    write_columns(
-        work.path / "stress_profile.csv",
-        **{
-            name: getattr(cell, name)
-            for name in (
-                "depth_m",
-                "sigma_xx_Pa",
-                "sigma_yy_Pa",
-                "peeq",
-                "sigma_xx_std_Pa",
-                "sigma_yy_std_Pa",
-                "peeq_std",
-            )
-        },
-    )
-    stress = profile_metrics(cell.depth_m, 0.5 * (cell.sigma_xx_Pa + cell.sigma_yy_Pa))
+    profile = part_profile(cell, work.scene.target.thickness_m)
+    write_columns(work.path / "stress_profile.csv", **profile)
+    stress = profile_metrics(profile["depth_m"], 0.5 * (profile["sigma_xx_Pa"] + profile["sigma_yy_Pa"]))
     metrics = {
         "target": {
             "model": work.scene.models.target.model,
             "impacts": cell.impacts,
+            "exposure": cell.patch.exposure,
+            "window_exposure": cell.patch.window_exposure,
+            "neglected_energy_share": cell.patch.neglected_energy_share,
+            "balance_error": cell.balance_error,
+            "nominal_depth_error": cell.nominal_depth_error,
+            "cell_Sa_m": float(np.abs(cell.surface_z_m - cell.surface_z_m.mean()).mean()),
             "dofs": cell.dofs,
             "wall_s": cell.wall_s,
         },

@@ -34,7 +34,9 @@ _ROWS = {
         ("surface_Pa", "at the surface", 1e-6, "MPa", 0),
         ("max_compressive_Pa", "largest compressive", 1e-6, "MPa", 0),
         ("max_compressive_depth_m", "  at depth", 1e6, "µm", 0),
+        ("tenth_depth_m", "down to a tenth of it at depth", 1e6, "µm", 0),
         ("compressive_depth_m", "changes sign at depth", 1e6, "µm", 0),
+        ("force_balance_relative", "force balance, ∫σdz / ∫|σ|dz", 1, "", 3),
     )),
     "roughness": ("Roughness", (
         ("Sa_m", "Sa", 1e6, "µm", 2),

@@ -57,6 +57,7 @@ class CellResult:
     surface_z_m: np.ndarray
     patch: Patch
     side_m: float
+    floor_m: float  # depth of the cell
     impacts: int
     dofs: int
     wall_s: float
@@ -170,7 +171,7 @@ def read_cell(workdir: Path, accuracy: Accuracy, dimple: Dimple, patch: Patch, s
         nominal_depth_error=float(nominal["depth_mm"] * 1e-3 / dimple.depth_m - 1.0),
         nominal_force_error=float(nominal["peak_force_N"] / dimple.peak_force_N - 1.0),
         surface_x_m=surface["x_mm"] * 1e-3, surface_y_m=surface["y_mm"] * 1e-3, surface_z_m=surface["u_z"] * 1e-3,
-        patch=patch, side_m=side_m, impacts=int(result["impacts"]), dofs=int(result["dofs"]), wall_s=float(result["wall_s"]),
+        patch=patch, side_m=side_m, floor_m=1e-3 * bounds[-1], impacts=int(result["impacts"]), dofs=int(result["dofs"]), wall_s=float(result["wall_s"]),
     )  # fmt: skip
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers import dimple, reduced
 
 from glue.errors import InputError, NotConverged
 from glue.target.dimple import Dimple, edge_peeq, layer_stress, zero_height_radius
-from helpers import dimple, reduced
 
 
 def test_zero_height_radius_of_a_known_profile():

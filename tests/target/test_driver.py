@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers import dimple
 
 from glue.errors import InputError
 from glue.scene.catalogue import material
@@ -18,7 +19,6 @@ from glue.target import reduced_impact
 from glue.target.cell import cell_driver
 from glue.target.driver import Parameter, law_table, write_driver
 from glue.target.patch import Patch
-from helpers import dimple
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 AL2024 = material("al2024-t351")

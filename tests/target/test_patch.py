@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 import pytest
+from helpers import dimple, impacts
 
 from glue.errors import InputError
 from glue.target.patch import choose_patch, normal_energy_J
-from helpers import dimple, impacts
 
 WINDOW, SIDE = (4e-3, 4e-3), 1e-3
 

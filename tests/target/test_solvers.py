@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers import impacts
 
 from glue.errors import NotConverged
 from glue.scene.catalogue import material
@@ -19,7 +20,6 @@ from glue.target.dimple import solve_dimple, to_si
 from glue.target.driver import Parameter, law_table, write_driver
 from glue.target.reduced_impact import solve_reduced
 from glue.target.tables import read_table
-from helpers import impacts
 
 pytestmark = pytest.mark.solver
 AL2024 = material("al2024-t351")

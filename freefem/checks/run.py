@@ -1,6 +1,6 @@
 """FreeFEM against exact solutions, and the reference impact: one PASS/FAIL line a row, exit 1 on any miss.
 
-    .venv/bin/python freefem/checks/run.py [--json FILE]
+.venv/bin/python freefem/checks/run.py [--json FILE]
 """
 
 from __future__ import annotations
@@ -30,7 +30,10 @@ STEEL = 7800.0  # kg/m3
 def run_check(folder: Path, name: str, parameters: list[Parameter], includes: list[str]) -> None:
     """Write and run a driver in ``folder``."""
     folder.mkdir(parents=True)
-    paths = [Parameter("string", "outDir", ".", "results"), Parameter("string", "statusFile", "status", "written last")]
+    paths = [
+        Parameter("string", "outDir", ".", "results"),
+        Parameter("string", "statusFile", "status", "written last"),
+    ]
     driver = folder / "driver.edp"
     driver.write_text(write_driver(name, paths + parameters, includes))
     run_freefem(driver, cwd=folder, log=folder / "log", status=folder / "status")
@@ -39,7 +42,9 @@ def run_check(folder: Path, name: str, parameters: list[Parameter], includes: li
 def reference_impact(rows: Rows, scratch: Path) -> None:
     """Two independent codes agree on these values (not measurements): 1 mm steel, 60 m/s, 2024 without rate term."""
     start = time.monotonic()
-    impact = solve_reduced(AL2024, AL2024.johnson_cook, speed_m_s=60.0, density_kg_m3=STEEL, elements_per_radius=6)
+    impact = solve_reduced(
+        AL2024, AL2024.johnson_cook, speed_m_s=60.0, density_kg_m3=STEEL, elements_per_radius=6
+    )
     elapsed = max(time.monotonic() - start, impact.wall_s)
     d = to_si(impact, 60.0, STEEL, 1e-3, 0.5, impact.wall_s)
     rows.near("reference impact: depth [m]", d.depth_m, 52.4e-6, 0.02)
@@ -50,13 +55,32 @@ def reference_impact(rows: Rows, scratch: Path) -> None:
               f"at {d.layer_depth_m[d.layer_stress_Pa.argmin()] * 1e6:.0f} um")  # fmt: skip
     rows.below("reference impact: time [s]", elapsed, 10.0, f"{impact.dofs} dofs")
     rows.below("reference impact: energy balance at every step", d.energy_error, 0.005)
-    coarse = solve_reduced(AL2024, AL2024.johnson_cook, speed_m_s=60.0, density_kg_m3=STEEL, elements_per_radius=3)
-    fine = solve_reduced(AL2024, AL2024.johnson_cook, speed_m_s=60.0, density_kg_m3=STEEL, elements_per_radius=12)
-    for name, read in (("radius", zero_height_radius), ("depth", lambda i: -i.surface_z[0]), ("e", lambda i: i.restitution)):
+    coarse = solve_reduced(
+        AL2024, AL2024.johnson_cook, speed_m_s=60.0, density_kg_m3=STEEL, elements_per_radius=3
+    )
+    fine = solve_reduced(
+        AL2024, AL2024.johnson_cook, speed_m_s=60.0, density_kg_m3=STEEL, elements_per_radius=12
+    )
+    for name, read in (
+        ("radius", zero_height_radius),
+        ("depth", lambda i: -i.surface_z[0]),
+        ("e", lambda i: i.restitution),
+    ):
         change = [abs(read(i) / read(fine) - 1.0) for i in (coarse, impact)]
         rows.below(f"mesh: {name} at a/6 against a/12", change[1], 0.02, f"at a/3 {change[0]:.2%}")
-    wide = solve_reduced(AL2024, AL2024.johnson_cook, speed_m_s=60.0, density_kg_m3=STEEL, elements_per_radius=6, domain_scale=2.0)
-    rows.below("block twice as large: change of radius", abs(zero_height_radius(wide) / zero_height_radius(impact) - 1), 0.01)
+    wide = solve_reduced(
+        AL2024,
+        AL2024.johnson_cook,
+        speed_m_s=60.0,
+        density_kg_m3=STEEL,
+        elements_per_radius=6,
+        domain_scale=2.0,
+    )
+    rows.below(
+        "block twice as large: change of radius",
+        abs(zero_height_radius(wide) / zero_height_radius(impact) - 1),
+        0.01,
+    )
     rows.below("block twice as large: change of e", abs(wide.restitution / impact.restitution - 1), 0.02)
 
 
@@ -68,10 +92,31 @@ def elastic_impact(rows: Rows, scratch: Path) -> None:
         got = solve_reduced(AL2024, hard, speed_m_s=1.0, density_kg_m3=STEEL, elements_per_radius=elements)
         exact = hertz.impact(0.5e-3, STEEL, 1.0, hertz.effective_modulus_Pa(AL2024.E_Pa, AL2024.nu))
         force, duration = got.peak_force * 1e6 * 0.25e-6, got.duration * 0.5e-3
-        errors.append((abs(force / exact.force_N - 1), abs(duration / exact.contact_time_s - 1), abs(got.restitution - 1)))
-    rows.below("Hertz impact 1 m/s: force, a/12", errors[2][0], 0.02, f"a/3 {errors[0][0]:.2%}, a/6 {errors[1][0]:.2%}")
-    rows.below("Hertz impact 1 m/s: duration, a/12", errors[2][1], 0.02, f"a/3 {errors[0][1]:.2%}, a/6 {errors[1][1]:.2%}")
-    rows.below("Hertz impact 1 m/s: |e - 1|, a/12", errors[2][2], 0.01, f"a/3 {errors[0][2]:.2%}, a/6 {errors[1][2]:.2%}")
+        errors.append(
+            (
+                abs(force / exact.force_N - 1),
+                abs(duration / exact.contact_time_s - 1),
+                abs(got.restitution - 1),
+            )
+        )
+    rows.below(
+        "Hertz impact 1 m/s: force, a/12",
+        errors[2][0],
+        0.02,
+        f"a/3 {errors[0][0]:.2%}, a/6 {errors[1][0]:.2%}",
+    )
+    rows.below(
+        "Hertz impact 1 m/s: duration, a/12",
+        errors[2][1],
+        0.02,
+        f"a/3 {errors[0][1]:.2%}, a/6 {errors[1][1]:.2%}",
+    )
+    rows.below(
+        "Hertz impact 1 m/s: |e - 1|, a/12",
+        errors[2][2],
+        0.01,
+        f"a/3 {errors[0][2]:.2%}, a/6 {errors[1][2]:.2%}",
+    )
 
 
 def hill_sphere(rows: Rows, scratch: Path) -> None:
@@ -89,7 +134,9 @@ def hill_sphere(rows: Rows, scratch: Path) -> None:
                   ["points_axisym_kernel.idp", "checks/hill_sphere.edp"])  # fmt: skip
         r, radial, hoop, volume = spherical(read_table(folder / "elastic.csv"))
         exact = hill.elastic_stress(r, p0, b)
-        elastic.append(math.sqrt(np.sum(volume * ((radial - exact[0]) ** 2 + 2 * (hoop - exact[1]) ** 2)) / volume.sum()))
+        elastic.append(
+            math.sqrt(np.sum(volume * ((radial - exact[0]) ** 2 + 2 * (hoop - exact[1]) ** 2)) / volume.sum())
+        )
         for state, solution in (("loaded", hill.loaded_stress), ("residual", hill.residual_stress)):
             r, radial, hoop, volume = spherical(read_table(folder / f"{state}.csv"))
             exact = solution(r, c, b)
@@ -105,10 +152,20 @@ def hill_sphere(rows: Rows, scratch: Path) -> None:
             note = "coarser meshes " + ", ".join(f"{e:.4f}" for e in errors[:-1])
             rows.below(f"Hill sphere {state}, r = {radius}: error over Y", errors[-1], 0.01, note)
         total = [max(off.values()) for off in series]
-        rows.true(f"Hill sphere {state}: error falls on three meshes", total[0] > total[1] > total[2], str([f"{e:.4f}" for e in total]))
+        rows.true(
+            f"Hill sphere {state}: error falls on three meshes",
+            total[0] > total[1] > total[2],
+            str([f"{e:.4f}" for e in total]),
+        )
     rate = math.log2(elastic[-2] / elastic[-1])
     # P2 displacements: stresses converge with the square of the element size.
-    rows.within("Hill sphere elastic: stress rate (P2: 2)", rate, 2.0, 0.3, f"errors {', '.join(f'{e:.1e}' for e in elastic)}")
+    rows.within(
+        "Hill sphere elastic: stress rate (P2: 2)",
+        rate,
+        2.0,
+        0.3,
+        f"errors {', '.join(f'{e:.1e}' for e in elastic)}",
+    )
 
 
 def spherical(table: dict[str, np.ndarray]) -> tuple[np.ndarray, ...]:
@@ -130,12 +187,24 @@ def uniaxial_cycle(rows: Rows, scratch: Path) -> None:
               ["points_small_kernel.idp", "checks/uniaxial_cycle.edp"])  # fmt: skip
     table = read_table(folder / "cycle.csv")
     exact = np.array(cyclic.uniaxial_stress_Pa(AL2024.E_Pa, law, table["strain"])) * 1e-6
-    rows.below("uniaxial cycle: largest error [MPa]", float(abs(table["stress"] - exact).max()), 0.01, f"{len(exact)} states, peeq {table['peeq'][-1]:.3f}")
+    rows.below(
+        "uniaxial cycle: largest error [MPa]",
+        float(abs(table["stress"] - exact).max()),
+        0.01,
+        f"{len(exact)} states, peeq {table['peeq'][-1]:.3f}",
+    )
 
 
 def scaling(rows: Rows, scratch: Path) -> None:
     """The speed exponent of the dimple radius, printed beside the band that dent measurements give (.42-.5)."""
-    d = solve_dimple(AL2024, speed_m_s=60.0, density_kg_m3=STEEL, diameter_m=1e-3, elements_per_radius=6, workdir=scratch / "dimple")
+    d = solve_dimple(
+        AL2024,
+        speed_m_s=60.0,
+        density_kg_m3=STEEL,
+        diameter_m=1e-3,
+        elements_per_radius=6,
+        workdir=scratch / "dimple",
+    )
     rows.within("dimple radius ~ speed^n: n", d.speed_exponent, 0.46, 0.04, f"edge strain {d.edge_peeq:.3f}")
 
 

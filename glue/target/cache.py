@@ -17,7 +17,9 @@ from glue.solvers import repo_root
 def cache_root() -> Path:
     """``$PEEN_CACHE``, else ``peen`` in the user's cache folder."""
     wanted = os.environ.get("PEEN_CACHE")
-    return Path(wanted) if wanted else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "peen"
+    return (
+        Path(wanted) if wanted else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "peen"
+    )
 
 
 def content_key(inputs: dict, sources: tuple[str, ...]) -> str:
@@ -42,7 +44,9 @@ def cached_folder(kind: str, key: str, make: Callable[[Path], None]) -> tuple[Pa
         final.parent.mkdir(parents=True, exist_ok=True)
         scratch = Path(tempfile.mkdtemp(prefix=f"{key}-", suffix=".part", dir=final.parent))
     except OSError as problem:
-        raise InputError(f"the cache folder {final.parent} cannot be written ({problem}); set PEEN_CACHE") from None
+        raise InputError(
+            f"the cache folder {final.parent} cannot be written ({problem}); set PEEN_CACHE"
+        ) from None
     try:
         make(scratch)
     except KeyboardInterrupt:

@@ -29,7 +29,9 @@ WORK_ERROR_LIMIT = 0.02  # work of any impact against its energy
 BALANCE_LIMIT = 0.05  # layer mean of the vertical stress (exactly 0) over the largest in-plane one
 
 _FIRST_LAYER_IN_RADII = 0.1
-_FORCE_TOLERANCE = 1e-2  # of the contact force; with the gap tolerance a tighter one moves stresses by < 2 MPa
+_FORCE_TOLERANCE = (
+    1e-2  # of the contact force; with the gap tolerance a tighter one moves stresses by < 2 MPa
+)
 _GAP_IN_RADII = 4.4e-4
 _MAX_ITERATIONS = 150
 
@@ -41,7 +43,9 @@ class CellResult:
     depth_m: np.ndarray  # (n,) middle of each layer
     sigma_xx_Pa: np.ndarray  # (n,)
     sigma_yy_Pa: np.ndarray
-    sigma_xx_std_Pa: np.ndarray  # standard deviation over position inside the layer, of blocks an element wide
+    sigma_xx_std_Pa: (
+        np.ndarray
+    )  # standard deviation over position inside the layer, of blocks an element wide
     sigma_yy_std_Pa: np.ndarray
     peeq: np.ndarray
     peeq_std: np.ndarray
@@ -50,7 +54,9 @@ class CellResult:
     coverage_peeq: float  # share of the top layer above edge_threshold
     coverage_peeq_027: float  # and above LITERATURE_THRESHOLD
     edge_threshold: float  # plastic strain at the edge of the nominal dimple on this very mesh
-    nominal_depth_error: float  # depth of the nominal dimple on this mesh over the representative dimple's, minus 1
+    nominal_depth_error: (
+        float  # depth of the nominal dimple on this mesh over the representative dimple's, minus 1
+    )
     nominal_force_error: float
     surface_x_m: np.ndarray  # (m,) nodes of the cell's surface
     surface_y_m: np.ndarray
@@ -79,11 +85,24 @@ def solve_cell(
     side = accuracy.cell_side_in_radii * dimple.radius_m
     patch = choose_patch(impacts, dimple, scene.target.window_m, side)
     if patch.x_m.size == 0:
-        raise InputError("no impact of the log falls into the cell's patch of the window: a longer exposure_time_s is needed")
+        raise InputError(
+            "no impact of the log falls into the cell's patch of the window: a longer exposure_time_s is needed"
+        )
     workdir.mkdir(parents=True, exist_ok=True)
     driver = workdir / "driver.edp"
-    driver.write_text(cell_driver(scene.name, law_table(material.E_Pa, material.nu, material.combined), accuracy, dimple, patch, side))
-    run_freefem(driver, cwd=workdir, log=workdir / "freefem.log", status=workdir / "status", on_line=relay(progress))
+    driver.write_text(
+        cell_driver(
+            scene.name,
+            law_table(material.E_Pa, material.nu, material.combined),
+            accuracy,
+            dimple,
+            patch,
+            side,
+        )
+    )
+    run_freefem(
+        driver, cwd=workdir, log=workdir / "freefem.log", status=workdir / "status", on_line=relay(progress)
+    )
     result = read_cell(workdir, accuracy, dimple, patch, side)
     _check(result, workdir)
     return result
@@ -110,7 +129,9 @@ def _ratio(layers: int) -> float:
     return 0.5 * (lo + hi)
 
 
-def cell_driver(name: str, law: list[float], accuracy: Accuracy, dimple: Dimple, patch: Patch, side_m: float) -> str:
+def cell_driver(
+    name: str, law: list[float], accuracy: Accuracy, dimple: Dimple, patch: Patch, side_m: float
+) -> str:
     """Text of the FreeFEM driver of a cell; lengths in mm, energies in mJ, stresses in MPa."""
     layers, radius = _layers(accuracy), dimple.radius_m * 1e3
     mass = dimple.density_kg_m3 * math.pi / 6.0 * dimple.diameter_m**3
@@ -127,7 +148,12 @@ def cell_driver(name: str, law: list[float], accuracy: Accuracy, dimple: Dimple,
         Parameter("real", "forceTolerance", _FORCE_TOLERANCE, "out-of-balance forces over the contact force"),
         Parameter("real", "gapTolerance", _GAP_IN_RADII * radius, "mm"),
         Parameter("int", "maxIterations", _MAX_ITERATIONS, "per step"),
-        Parameter("real", "nominalEnergy", 0.5 * mass * dimple.speed_m_s**2 * 1e3, "mJ, of the representative dimple"),
+        Parameter(
+            "real",
+            "nominalEnergy",
+            0.5 * mass * dimple.speed_m_s**2 * 1e3,
+            "mJ, of the representative dimple",
+        ),
         Parameter("real", "nominalForce", dimple.peak_force_N, "N"),
         Parameter("real", "nominalRadius", 0.5 * dimple.diameter_m * 1e3, "mm, of the shot"),
     ]
@@ -156,7 +182,9 @@ def read_cell(workdir: Path, accuracy: Accuracy, dimple: Dimple, patch: Patch, s
     block_volume = np.bincount(block, points["volume_mm3"])
 
     def spread(values: np.ndarray) -> np.ndarray:
-        return (np.bincount(block, points["volume_mm3"] * values) / block_volume).reshape(-1, n * n).std(axis=1)
+        return (
+            (np.bincount(block, points["volume_mm3"] * values) / block_volume).reshape(-1, n * n).std(axis=1)
+        )
 
     vertical, in_plane = mean(points["s_zz"]), mean(0.5 * (points["s_xx"] + points["s_yy"]))
     top, fresh = read_table(workdir / "final_top.csv"), read_table(workdir / "nominal_top.csv")
@@ -192,9 +220,13 @@ def _share(table: dict[str, np.ndarray], threshold: float) -> float:
 def _check(result: CellResult, workdir: Path) -> None:
     problems = []
     if not result.work_error <= WORK_ERROR_LIMIT:
-        problems.append(f"an impact's work misses its energy by {result.work_error:.1%} (limit {WORK_ERROR_LIMIT:.0%})")
+        problems.append(
+            f"an impact's work misses its energy by {result.work_error:.1%} (limit {WORK_ERROR_LIMIT:.0%})"
+        )
     if not result.balance_error <= BALANCE_LIMIT:
-        problems.append(f"mean vertical stress is {result.balance_error:.1%} of the in-plane one (limit {BALANCE_LIMIT:.0%})")
+        problems.append(
+            f"mean vertical stress is {result.balance_error:.1%} of the in-plane one (limit {BALANCE_LIMIT:.0%})"
+        )
     if problems:
         raise NotConverged("the target cell is not to be trusted", cause="; ".join(problems),
                            log=workdir / "freefem.log", advice="a finer preset (--accuracy reference)")  # fmt: skip

@@ -18,7 +18,9 @@ from glue.errors import InputError, NotConverged
 from glue.scene.model import Material
 from glue.target.reduced_impact import ReducedImpact, copy_record, solve_reduced
 
-STRESS_DISC = 0.44  # layer stresses are means over a disc of this many dimple radii (r < .1 mm of the reference)
+STRESS_DISC = (
+    0.44  # layer stresses are means over a disc of this many dimple radii (r < .1 mm of the reference)
+)
 _SCHEMA = 1
 
 
@@ -52,7 +54,9 @@ class Dimple:
     def radius_for(self, diameter_m, normal_speed_m_s):
         """Dimple radius [m] of a shot of ``diameter_m`` at ``normal_speed_m_s`` (floats or arrays; 0 for none)."""
         speed = np.maximum(np.asarray(normal_speed_m_s, dtype=float), 0.0) / self.speed_m_s
-        return self.radius_m * np.asarray(diameter_m, dtype=float) / self.diameter_m * speed**self.speed_exponent
+        return (
+            self.radius_m * np.asarray(diameter_m, dtype=float) / self.diameter_m * speed**self.speed_exponent
+        )
 
     def save(self, path: Path) -> None:
         """Write all fields to ``path`` (.npz)."""
@@ -65,10 +69,19 @@ class Dimple:
         try:
             with np.load(path) as data:
                 if int(data["schema"]) != _SCHEMA:
-                    raise InputError(f"{path}: schema {int(data['schema'])}, this version reads {_SCHEMA}; run the dimple stage again")
-                return cls(**{x.name: data[x.name] if data[x.name].ndim else data[x.name].item() for x in fields(cls)})
+                    raise InputError(
+                        f"{path}: schema {int(data['schema'])}, this version reads {_SCHEMA}; run the dimple stage again"
+                    )
+                return cls(
+                    **{
+                        x.name: data[x.name] if data[x.name].ndim else data[x.name].item()
+                        for x in fields(cls)
+                    }
+                )
         except (OSError, KeyError, ValueError) as problem:
-            raise InputError(f"{path}: not a dimple of this version ({problem}); run the dimple stage again") from None
+            raise InputError(
+                f"{path}: not a dimple of this version ({problem}); run the dimple stage again"
+            ) from None
 
 
 def solve_dimple(
@@ -88,7 +101,11 @@ def solve_dimple(
     """
     runs: list[ReducedImpact] = []
     for k, (speed, name) in enumerate(((speed_m_s, "impact"), (0.5 * speed_m_s, "impact-half-speed"))):
-        tell = (lambda share, text="", k=k, speed=speed: progress(0.5 * (k + share), f"{speed:g} m/s: {text}")) if progress else None
+        tell = (
+            (lambda share, text="", k=k, speed=speed: progress(0.5 * (k + share), f"{speed:g} m/s: {text}"))
+            if progress
+            else None
+        )
         runs.append(
             solve_reduced(material, material.johnson_cook, speed_m_s=speed, density_kg_m3=density_kg_m3,
                           elements_per_radius=elements_per_radius, progress=tell)
@@ -100,7 +117,12 @@ def solve_dimple(
 
 
 def to_si(
-    impact: ReducedImpact, speed_m_s: float, density_kg_m3: float, diameter_m: float, exponent: float, wall_s: float
+    impact: ReducedImpact,
+    speed_m_s: float,
+    density_kg_m3: float,
+    diameter_m: float,
+    exponent: float,
+    wall_s: float,
 ) -> Dimple:
     """``impact`` for a shot of ``diameter_m``, with what is read off its fields."""
     R = 0.5 * diameter_m
@@ -151,7 +173,9 @@ def zero_height_radius(impact: ReducedImpact) -> float:
     return float(r[i] - z[i] * (r[i + 1] - r[i]) / (z[i + 1] - z[i]))
 
 
-def layer_stress(impact: ReducedImpact, disc_radius: float, levels: int = 80) -> tuple[np.ndarray, np.ndarray]:
+def layer_stress(
+    impact: ReducedImpact, disc_radius: float, levels: int = 80
+) -> tuple[np.ndarray, np.ndarray]:
     """Mean radial stress [MPa] over the disc r < ``disc_radius`` [R] against depth [R]: two arrays (levels,).
 
     The stress is interpolated linearly between Gauss points, mirrored at the axis; depths are those of the

@@ -29,7 +29,9 @@ class Parameter:
 def _literal(value) -> str:
     if isinstance(value, str):
         if any(c in value for c in '"\\\n'):
-            raise InputError(f"a path with quotes, backslashes or line breaks cannot be written into a driver: {value!r}")
+            raise InputError(
+                f"a path with quotes, backslashes or line breaks cannot be written into a driver: {value!r}"
+            )
         return f'"{value}"'
     if isinstance(value, int):
         return str(value)
@@ -71,10 +73,16 @@ def write_driver(
 
     loads: rows of the impact table ``impactLoad``; includes: files of ``freefem/`` in order, the physics last.
     """
-    lines = [f"// {title}", "// Written by peen; runs alone: FreeFem++ -nw -ne -v 0 driver.edp (search paths: peen doctor)."]
+    lines = [
+        f"// {title}",
+        "// Written by peen; runs alone: FreeFem++ -nw -ne -v 0 driver.edp (search paths: peen doctor).",
+    ]
     lines += [p.line() for p in parameters]
     if loads is not None:
-        lines += [f"// {load_comment}", f"real[int, int] impactLoad({len(loads)}, {len(loads[0]) if loads else 4});"]
+        lines += [
+            f"// {load_comment}",
+            f"real[int, int] impactLoad({len(loads)}, {len(loads[0]) if loads else 4});",
+        ]
         # One short statement a row: a literal of thousands of entries overflows FreeFEM's parser stack.
         lines += [f"impactLoad({k}, :) = {_literal([float(v) for v in row])};" for k, row in enumerate(loads)]
     lines += [f'include "{name}"' for name in includes]

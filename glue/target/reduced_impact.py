@@ -26,7 +26,12 @@ from glue.theory.impact_scale import REPRESENTATIVE_STRAIN, expected_impact
 
 ENERGY_ERROR_LIMIT = 0.005  # of the shot's kinetic energy, at any step
 UNBALANCED_LIMIT = 1e-3  # residual forces of the unloaded target over those before
-_SOURCES = ("freefem/single_impact.edp", "freefem/lib/*axisym*.idp", "freefem/plugin/*", "glue/target/reduced_impact.py")
+_SOURCES = (
+    "freefem/single_impact.edp",
+    "freefem/lib/*axisym*.idp",
+    "freefem/plugin/*",
+    "glue/target/reduced_impact.py",
+)
 
 # Numerics that no preset changes; each was varied and does not move the results (make checks prints it).
 _DOMAIN_R = 10.0  # block of 10 R, at least 20 dimple radii
@@ -51,7 +56,9 @@ class ReducedImpact:
     wall_s: float
     surface_r: np.ndarray  # (n,) deformed radius of the surface's nodes, rising
     surface_z: np.ndarray  # (n,) their height, dent negative
-    points: dict[str, np.ndarray]  # (m,) each: r, z undeformed, u_r, u_z, volume, s_rr, s_zz, s_tt, s_rz, peeq
+    points: dict[
+        str, np.ndarray
+    ]  # (m,) each: r, z undeformed, u_r, u_z, volume, s_rr, s_zz, s_tt, s_rz, peeq
     triangles: np.ndarray  # (k, 3, 2) deformed corners; three points each, in order
     log: Path
 
@@ -71,7 +78,9 @@ def solve_reduced(
 
     elements_per_radius: expected dimple radius over surface element size.  Raises SolverFailed, NotConverged.
     """
-    parameters = _parameters(material, law, speed_m_s, density_kg_m3, elements_per_radius, domain_scale, growth)
+    parameters = _parameters(
+        material, law, speed_m_s, density_kg_m3, elements_per_radius, domain_scale, growth
+    )
     flavour = kernel_flavour()
     inputs = {"parameters": [p.line() for p in parameters], "kernel": flavour}
     text = write_driver(
@@ -99,7 +108,9 @@ def copy_record(result: ReducedImpact, workdir: Path, name: str) -> None:
             shutil.copyfile(source, part)
 
 
-def _parameters(material, law, speed, density_kg_m3, elements_per_radius, domain_scale, growth) -> list[Parameter]:
+def _parameters(
+    material, law, speed, density_kg_m3, elements_per_radius, domain_scale, growth
+) -> list[Parameter]:
     table = law_table(material.E_Pa, material.nu, law)
     density = density_kg_m3 * 1e-6
     flow_stress = law.flow_stress_Pa(REPRESENTATIVE_STRAIN) * 1e-6
@@ -109,8 +120,18 @@ def _parameters(material, law, speed, density_kg_m3, elements_per_radius, domain
         Parameter("real", "shotDensity", density, "1e6 kg/m3"),
         Parameter("real", "speed", float(speed), "m/s, normal"),
         Parameter("real", "expectedRadius", scale.radius, "estimate of the dimple radius, R: sets the mesh"),
-        Parameter("real", "expectedDuration", scale.duration, "estimate of the contact time, R/(1 m/s): sets the step"),
-        Parameter("real", "elementsPerRadius", float(elements_per_radius), "expected dimple radius over element size"),
+        Parameter(
+            "real",
+            "expectedDuration",
+            scale.duration,
+            "estimate of the contact time, R/(1 m/s): sets the step",
+        ),
+        Parameter(
+            "real",
+            "elementsPerRadius",
+            float(elements_per_radius),
+            "expected dimple radius over element size",
+        ),
         Parameter("real", "meshGrowth", growth, "element size per distance beyond the contact"),
         Parameter("real", "domainSize", max(_DOMAIN_R, _DOMAIN_RADII * scale.radius) * domain_scale, "R"),
         Parameter("real", "stepsPerContact", _STEPS_PER_CONTACT, "time steps per contact time"),
@@ -127,9 +148,13 @@ def _check(folder: Path) -> None:
     result = read_table(folder / "result.csv")
     problems = []
     if not result["energy_error"][0] <= ENERGY_ERROR_LIMIT:
-        problems.append(f"energy balance off by {result['energy_error'][0]:.2%} (limit {ENERGY_ERROR_LIMIT:.1%})")
+        problems.append(
+            f"energy balance off by {result['energy_error'][0]:.2%} (limit {ENERGY_ERROR_LIMIT:.1%})"
+        )
     if not result["unbalanced"][0] <= UNBALANCED_LIMIT:
-        problems.append(f"unloaded target out of balance by {result['unbalanced'][0]:.1e} (limit {UNBALANCED_LIMIT:g})")
+        problems.append(
+            f"unloaded target out of balance by {result['unbalanced'][0]:.1e} (limit {UNBALANCED_LIMIT:g})"
+        )
     if problems:
         raise NotConverged("the single impact is not to be trusted", cause="; ".join(problems),
                            log=folder / "freefem.log", advice="a finer preset (--accuracy reference)")  # fmt: skip

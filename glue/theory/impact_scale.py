@@ -30,7 +30,12 @@ def expected_impact(E: float, nu: float, flow_stress: float, density: float, spe
     plastic = speed * math.sqrt(mass / stiffness)
     elastic = (15.0 * mass * speed**2 / (16.0 * E / (1.0 - nu**2))) ** 0.4
     return Scale(
-        radius=min(max(math.sqrt(max(2.0 * plastic - plastic**2, 0.0)) if plastic < 1.0 else 1.0, math.sqrt(elastic)), 1.0),
+        radius=min(
+            max(
+                math.sqrt(max(2.0 * plastic - plastic**2, 0.0)) if plastic < 1.0 else 1.0, math.sqrt(elastic)
+            ),
+            1.0,
+        ),
         duration=max(_UNLOADING * 0.5 * math.pi * math.sqrt(mass / stiffness), 2.9432 * elastic / speed),
         penetration=max(plastic, elastic),
     )

@@ -33,7 +33,9 @@ def impacts(x_m, y_m, speed_m_s=60.0, diameter_m=1e-3) -> np.ndarray:
 
 def reduced(surface_r, surface_z, points: dict | None = None) -> ReducedImpact:
     """A reduced impact with this surface and these Gauss points."""
-    empty = {k: np.empty(0) for k in ("r", "z", "u_r", "u_z", "volume", "s_rr", "s_zz", "s_tt", "s_rz", "peeq")}
+    empty = {
+        k: np.empty(0) for k in ("r", "z", "u_r", "u_z", "volume", "s_rr", "s_zz", "s_tt", "s_rz", "peeq")
+    }
     return ReducedImpact(
         restitution=0.3, peak_force=1000.0, duration=4e-3, energy_error=0.0, failures=0, dofs=10, wall_s=1.0,
         surface_r=np.asarray(surface_r, float), surface_z=np.asarray(surface_z, float), points=points or empty,

@@ -25,9 +25,19 @@ def test_a_surface_without_a_dimple_is_refused(surface):
 def section(stress, n=40):
     """Gauss points on a grid of the section r in 0..4, depth 0..4, with ``stress(r, depth)``."""
     step = 4 / n
-    r, depth = (g.ravel() for g in np.meshgrid(np.arange(n) * step + step / 2, np.arange(n) * step + step / 2))
+    r, depth = (
+        g.ravel() for g in np.meshgrid(np.arange(n) * step + step / 2, np.arange(n) * step + step / 2)
+    )
     zero = np.zeros(r.size)
-    return {"r": r, "z": -depth, "u_r": zero, "u_z": zero, "volume": r, "s_rr": stress(r, depth), "peeq": depth}
+    return {
+        "r": r,
+        "z": -depth,
+        "u_r": zero,
+        "u_z": zero,
+        "volume": r,
+        "s_rr": stress(r, depth),
+        "peeq": depth,
+    }
 
 
 def test_layer_stress_is_the_mean_over_the_disc():

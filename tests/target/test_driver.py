@@ -26,13 +26,28 @@ AL2024 = material("al2024-t351")
 
 def single_impact_text() -> str:
     parameters = reduced_impact._parameters(AL2024, AL2024.johnson_cook, 60.0, 7800.0, 6, 1.0, 0.3)
-    head = [Parameter("string", "outDir", ".", "folder of the results"), Parameter("string", "statusFile", "status", "written last")]
-    return write_driver("golden single impact", head + parameters, ["points_axisym_kernel.idp", "single_impact.edp"])
+    head = [
+        Parameter("string", "outDir", ".", "folder of the results"),
+        Parameter("string", "statusFile", "status", "written last"),
+    ]
+    return write_driver(
+        "golden single impact", head + parameters, ["points_axisym_kernel.idp", "single_impact.edp"]
+    )
 
 
 def cell_text() -> str:
     place = np.array([0.1e-3, 0.55e-3])
-    patch = Patch(place, place[::-1], np.array([7.35e-3, 3.1e-3]), np.array([0.5e-3, 0.5e-3]), (0.0, 0.0), 0.3, 0.3, 0, 0.0)
+    patch = Patch(
+        place,
+        place[::-1],
+        np.array([7.35e-3, 3.1e-3]),
+        np.array([0.5e-3, 0.5e-3]),
+        (0.0, 0.0),
+        0.3,
+        0.3,
+        0,
+        0.0,
+    )
     law = law_table(AL2024.E_Pa, AL2024.nu, AL2024.combined)
     return cell_driver("golden", law, PRESETS["balanced"], dimple(), patch, 4.8 * 227e-6)
 
@@ -76,5 +91,9 @@ def test_paths_that_would_end_the_string_are_refused(path):
 
 
 def test_law_table_is_in_MPa_in_the_kernels_order():
-    assert law_table(73.1e9, 0.33, AL2024.johnson_cook) == pytest.approx([73100, 0.33, 369, 684, 0.73, 0, 0, 0, 0, 0, 0])
-    assert law_table(73.1e9, 0.33, AL2024.combined) == pytest.approx([73100, 0.33, 270, 0, 1, 80, 12, 130, 300, 60, 12])
+    assert law_table(73.1e9, 0.33, AL2024.johnson_cook) == pytest.approx(
+        [73100, 0.33, 369, 684, 0.73, 0, 0, 0, 0, 0, 0]
+    )
+    assert law_table(73.1e9, 0.33, AL2024.combined) == pytest.approx(
+        [73100, 0.33, 270, 0, 1, 80, 12, 130, 300, 60, 12]
+    )

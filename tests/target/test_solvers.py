@@ -35,7 +35,9 @@ def cache(tmp_path_factory):
 
 def test_checks_against_exact_solutions(tmp_path):
     """freefem/checks/run.py: uniaxial cycle, Hill's sphere, Hertz, reference impact."""
-    done = subprocess.run([sys.executable, repo_root() / "freefem/checks/run.py"], capture_output=True, text=True, cwd=tmp_path)
+    done = subprocess.run(
+        [sys.executable, repo_root() / "freefem/checks/run.py"], capture_output=True, text=True, cwd=tmp_path
+    )
     print(done.stdout)
     assert done.returncode == 0, done.stdout + done.stderr
     passed, of = done.stdout.splitlines()[-1].split()[0].split("/")
@@ -77,7 +79,9 @@ int failed = updatePoints(law, grad, a0, a1, out);
 
 def random_states(rng, n: int) -> np.ndarray:
     """60 states (sigma, p, a1, a2) of tensors with ``n`` entries, backstresses deviatoric."""
-    state = np.column_stack([rng.normal(0, 100, (60, n)), rng.uniform(0, 0.2, 60), rng.normal(0, 40, (60, 2 * n))])
+    state = np.column_stack(
+        [rng.normal(0, 100, (60, n)), rng.uniform(0, 0.2, 60), rng.normal(0, 40, (60, 2 * n))]
+    )
     for o in (n + 1, 2 * n + 1):
         state[:, o : o + 3] -= state[:, o : o + 3].mean(axis=1, keepdims=True)
     return state
@@ -100,7 +104,9 @@ def test_compiled_kernels_equal_their_script_twins(tmp_path, kind, law):
         folder.mkdir()
         np.savetxt(folder / "random.txt", rows, "%.17g")
         table = law_table(AL2024.E_Pa, AL2024.nu, getattr(AL2024, law))
-        head = write_driver("twins", [Parameter("real[int]", "law", table, "MPa")], [f"points_{kind}_{flavour}.idp"])
+        head = write_driver(
+            "twins", [Parameter("real[int]", "law", table, "MPa")], [f"points_{kind}_{flavour}.idp"]
+        )
         (folder / "driver.edp").write_text(head + _TWINS[kind])
         run_freefem(folder / "driver.edp", cwd=folder, log=folder / "log", status=folder / "status")
         assert (folder / "status").read_text().split()[1] == "0"
@@ -130,7 +136,14 @@ def test_extremes_run_and_balance(law, speed):
 
 def test_a_dimple_scales_exactly_with_the_diameter(tmp_path):
     small, large = (
-        solve_dimple(AL2024, speed_m_s=60.0, density_kg_m3=7800.0, diameter_m=d, elements_per_radius=3, workdir=tmp_path)
+        solve_dimple(
+            AL2024,
+            speed_m_s=60.0,
+            density_kg_m3=7800.0,
+            diameter_m=d,
+            elements_per_radius=3,
+            workdir=tmp_path,
+        )
         for d in (0.05e-3, 5e-3)
     )
     assert large.radius_m / small.radius_m == pytest.approx(100.0, rel=1e-12)
@@ -181,5 +194,3 @@ def test_a_cell_that_cannot_converge_is_refused(scene, nominal, tmp_path, monkey
         solve_cell(scene, impacts([0.0], [0.0]), nominal, tmp_path / "c")
     assert caught.value.exit_code == 4
     assert "freefem.log" in str(caught.value)
-
-

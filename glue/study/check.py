@@ -90,8 +90,8 @@ def check_text(scene: Scene) -> str:
         f"  target in FreeFEM          about {_duration(c['target_cost_estimate_s'])} on one core",
         "",
         "What will be modelled",
-        *(f"  {stage:<10} {choice['model']:<14} {choice['why']}" for stage, choice in c["choices"].items()),
-        f"  accuracy   {scene.accuracy.preset:<14} "
+        *(f"  {stage:<11} {choice['model']:<14} {choice['why']}" for stage, choice in c["choices"].items()),
+        f"  accuracy    {scene.accuracy.preset:<14} "
         + ", ".join(f"{k} {v:g}" for k, v in c["accuracy"].items() if k != "preset"),
         "",
         "Defaults used" if scene.defaults_used else "No defaults used: the scene says everything",

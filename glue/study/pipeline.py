@@ -83,8 +83,22 @@ def rerun(path: Path, only: Sequence[str], progress: Progress, stages: Sequence[
 
 
 def choices(scene: Scene) -> dict:
-    """{stage: {"model", "why"}} for the manifest and for printing."""
-    return {name: {"model": c.model, "why": c.why} for name, c in vars(scene.models).items()}
+    """{stage: {"model", "why"}} for the manifest and for printing; with it the hardening law of each solver."""
+    material = scene.target.material
+    chosen = {name: {"model": c.model, "why": c.why} for name, c in vars(scene.models).items()}
+    single, bounded = material.johnson_cook, material.combined
+    chosen["dimple law"] = {
+        "model": "johnson-cook",
+        "why": f"single impact: A {single.A_Pa / 1e6:g}, B {single.B_Pa / 1e6:g} MPa, n {single.n:g}, no rate term"
+        f" ({material.source}; grade {material.grade})",
+    }
+    backstresses = ", ".join(f"X {x / 1e6:.4g} MPa (gamma {g:g})" for x, g in bounded.backstresses)
+    chosen["target law"] = {
+        "model": "combined",
+        "why": f"impacts overlap, so hardening must be bounded: R {bounded.R0_Pa / 1e6:.4g} + {bounded.Q_Pa / 1e6:.4g}"
+        f"(1 - exp(-{bounded.b:g} p)) MPa, {backstresses or 'no backstress'} ({material.combined_source})",
+    }
+    return chosen
 
 
 def stages_done(path: Path) -> list[str]:

@@ -1,0 +1,64 @@
+"""How metrics are shown to people: sections in reading order, labels and units; for the summary and the page."""
+
+from __future__ import annotations
+
+# section of metrics.json: (title, ((key, label, factor to the printed unit, unit, digits), ...))
+ROWS = {
+    "coverage": ("Coverage", (
+        ("final", "at the end", 100, "%", 2),
+        ("time_98_s", "time to 98 %", 1, "s", 2),
+        ("avrami_final", "Avrami, at the end", 100, "%", 2),
+        ("avrami_time_98_s", "Avrami, time to 98 %", 1, "s", 2),
+        ("avrami_mass_flow_final", "Avrami by mass flow, at the end", 100, "%", 2),
+        ("peeq_final", "by plastic strain, at the end", 100, "%", 2),
+        ("impacts_in_window", "impacts centred in the window", 1, "", 0),
+    )),
+    "residual_stress": ("Residual stress", (
+        ("surface_Pa", "at the surface", 1e-6, "MPa", 0),
+        ("max_compressive_Pa", "largest compressive", 1e-6, "MPa", 0),
+        ("max_compressive_depth_m", "at depth", 1e6, "µm", 0),
+        ("tenth_depth_m", "down to a tenth of it at depth", 1e6, "µm", 0),
+        ("compressive_depth_m", "turns to tension at depth", 1e6, "µm", 0),
+        ("force_balance_relative", "force balance, ∫σdz / ∫|σ|dz", 1, "", 3),
+    )),
+    "roughness": ("Roughness", (
+        ("Sa_m", "Sa", 1e6, "µm", 2),
+        ("Sq_m", "Sq", 1e6, "µm", 2),
+        ("Sz_m", "Sz", 1e6, "µm", 1),
+        ("Ssk", "Ssk", 1, "", 2),
+        ("Sku", "Sku", 1, "", 2),
+        ("levelling", "levelling", None, "", 0),
+        ("filter", "filter", None, "", 0),
+    )),
+    "dimple": ("One dimple", (
+        ("radius_m", "radius at zero height", 1e6, "µm", 1),
+        ("depth_m", "depth", 1e6, "µm", 1),
+        ("restitution", "restitution", 1, "", 3),
+        ("peak_force_N", "peak force", 1, "N", 0),
+        ("contact_time_s", "contact time", 1e6, "µs", 2),
+    )),
+    "flow": ("Shot stream", (
+        ("impacts", "impacts on the target", 1, "", 0),
+        ("mean_normal_speed_m_s", "mean normal speed", 1, "m/s", 1),
+        ("collided_fraction", "met another shot first", 100, "%", 1),
+        ("collision_number", "collision number", 1, "", 3),
+    )),
+    "target": ("Target model", (
+        ("model", "model", None, "", 0),
+        ("impacts", "impacts solved", 1, "", 0),
+        ("exposure", "dimple areas over cell area", 1, "", 2),
+        ("window_exposure", "the same in the window", 1, "", 2),
+        ("neglected_energy_share", "energy of impacts too faint to solve", 100, "%", 2),
+        ("nominal_depth_error", "single dimple on this mesh, depth error", 100, "%", 1),
+        ("cell_Sa_m", "Sa of the cell's own surface", 1e6, "µm", 1),
+        ("dofs", "unknowns", 1, "", 0),
+    )),
+}  # fmt: skip
+
+
+def shown(values: dict, key: str, factor: float | None, unit: str, digits: int) -> str:
+    """``values[key]`` in its printed unit; for null its reason; ``factor`` None prints it as it is."""
+    value = values[key]
+    if value is None:
+        return f"not determined: {values.get(f'{key}_reason', 'no reason given')}"
+    return str(value) if factor is None else f"{value * factor:.{digits}f} {unit}".strip()

@@ -15,7 +15,7 @@ SUDO     := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 export OMP_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup peen test plugin doctor checks
+.PHONY: help setup peen test plugin doctor checks bench-dimple readme
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -56,3 +56,13 @@ checks: plugin ## exact checks of both codes: restitution, Hertz, time step, con
 	  TMPDIR=$$scratch yade -n -x -j1 yade_scripts/checks/$$check.py --json build/checks/$$check.json </dev/null || status=1; \
 	done; rm -rf $$scratch; \
 	$(BIN)/python freefem/checks/run.py --json build/checks/freefem.json || status=1; exit $$status
+
+bench-dimple: plugin ## the reference impact alone: values, mesh convergence and time against two codes' agreement
+	$(BIN)/python freefem/checks/run.py --only reference_impact
+
+README_RUNS := $(addprefix build/readme/,fast balanced reference)
+$(README_RUNS): build/readme/%: plugin
+	PEEN_CACHE=build/readme/cache-$* $(BIN)/peen run al2024-s390 --accuracy $* --out $@ >/dev/null
+
+readme: checks $(README_RUNS) ## measure again what README.md shows: the default run at three presets, the checks (half an hour)
+	$(BIN)/python -m glue.report.readme $(README_RUNS)

@@ -5,7 +5,9 @@
 
 from __future__ import annotations
 
+import argparse
 import math
+import os
 import sys
 import tempfile
 import time
@@ -208,12 +210,17 @@ def scaling(rows: Rows, scratch: Path) -> None:
     rows.within("dimple radius ~ speed^n: n", d.speed_exponent, 0.46, 0.04, f"edge strain {d.edge_peeq:.3f}")
 
 
-if __name__ == "__main__":
-    import os
+CHECKS = (uniaxial_cycle, hill_sphere, elastic_impact, reference_impact, scaling)
 
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(add_help=False)
+    parser.add_argument("--only", choices=[check.__name__ for check in CHECKS])
+    chosen, sys.argv[1:] = parser.parse_known_args()
     rows = Rows("FreeFEM against exact solutions, and the reference impact")
     with tempfile.TemporaryDirectory(prefix="peen-checks-") as scratch:
         os.environ["PEEN_CACHE"] = str(Path(scratch) / "cache")  # nothing here may come from an earlier run
-        for check in (uniaxial_cycle, hill_sphere, elastic_impact, reference_impact, scaling):
-            check(rows, Path(scratch))
+        for check in CHECKS:
+            if chosen.only in (None, check.__name__):
+                check(rows, Path(scratch))
     sys.exit(rows.finish())

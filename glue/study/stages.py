@@ -219,7 +219,9 @@ def _mean_cubed_radius(shots) -> float:
 
 
 _SCENE = ("glue/scene/*.py",)
-_KERNELS = ("freefem/lib/*.idp", "freefem/plugin/*")
+_KERNELS = ("freefem/lib/law_script.idp", "freefem/plugin/*")
+_AXISYM = ("freefem/single_impact.edp", "freefem/lib/*axisym*.idp")
+_CELL = ("cell.edp", "lib/anderson.idp", "lib/contact_lcp.idp", "lib/output_cell.idp", "lib/points_small*.idp")
 STAGES = (
     Stage(
         "dimple",
@@ -229,7 +231,7 @@ STAGES = (
             "glue/target/*.py",
             "glue/theory/*.py",
             "glue/meshes.py",
-            "freefem/single_impact.edp",
+            *_AXISYM,
             *_KERNELS,
         ),
         ("dimple",),
@@ -252,7 +254,13 @@ STAGES = (
     Stage(
         "target",
         ("dimple", "flow"),
-        ("glue/target/*.py", "glue/surface/stress.py", "freefem/cell.edp", *_KERNELS),
+        (
+            "glue/target/*.py",
+            "glue/theory/plate.py",
+            "glue/surface/stress.py",
+            *(f"freefem/{name}" for name in _CELL),
+            *_KERNELS,
+        ),
         ("target", "stress_profile.csv"),
         target_stage,
     ),
@@ -266,7 +274,7 @@ STAGES = (
     Stage(
         "report",
         (),
-        ("glue/report/*.py",),
+        ("glue/report/*.py", "glue/study/rows.py"),
         ("figures", "report.html"),
         report_stage,
         uses=("dimple", "flow", "coverage", "target", "surface"),

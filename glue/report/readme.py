@@ -76,8 +76,8 @@ def verification_table(folder: Path) -> str:
 
 def replace_block(text: str, name: str, block: str) -> str:
     """``text`` with ``block`` between the markers of ``name``; raises InputError when they are missing."""
-    pattern = re.compile(rf"(<!-- begin {name} -->\n).*?(\n<!-- end {name} -->)", re.DOTALL)
-    changed, count = pattern.subn(lambda m: m.group(1) + block + m.group(2), text)
+    pattern = re.compile(rf"(<!-- begin {name} -->\n).*?(<!-- end {name} -->)", re.DOTALL)
+    changed, count = pattern.subn(lambda m: m.group(1) + block + "\n" + m.group(2), text)
     if count != 1:
         raise InputError(f"README.md: {count} places marked {name}, one is needed")
     return changed

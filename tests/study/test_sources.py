@@ -12,7 +12,7 @@ from glue.study.stages import STAGES
 
 @pytest.mark.parametrize("stage", STAGES, ids=[s.name for s in STAGES])
 def test_every_pattern_names_files(stage):
-    for pattern in stage.sources:
+    for pattern in stage.code:
         assert list(repo_root().glob(pattern)), pattern
 
 
@@ -21,7 +21,7 @@ def test_all_that_a_driver_includes_is_a_source(name, driver):
     """The include statements, followed through: none may be missing among the stage's sources."""
     root = repo_root() / "freefem"
     (stage,) = (s for s in STAGES if s.name == name)
-    sources = {p for pattern in stage.sources for p in repo_root().glob(pattern)}
+    sources = {p for pattern in stage.code for p in repo_root().glob(pattern)}
     kind = "axisym" if name == "dimple" else "small"
     pending = [driver, f"points_{kind}_kernel.idp", f"points_{kind}_script.idp"]
     while pending:

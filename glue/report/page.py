@@ -58,6 +58,7 @@ def scene_rows(scene: Scene) -> list[tuple[str, str]]:
     return [
         ("Target", target.material.name),
         ("Window", f"{width:g} × {height:g} mm"),
+        ("Thickness", f"{1e3 * target.thickness_m:g} mm, free" if target.thickness_m else "too thick to stretch or bend"),
         ("Shots", f"{shots.grade or 'own'}, {size}"),
         ("Shot density", f"{shots.density_kg_m3:g} kg/m³"),
         ("Speed", f"{nozzle.speed_m_s:g} m/s"),

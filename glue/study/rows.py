@@ -61,4 +61,6 @@ def shown(values: dict, key: str, factor: float | None, unit: str, digits: int) 
     value = values[key]
     if value is None:
         return f"not determined: {values.get(f'{key}_reason', 'no reason given')}"
-    return str(value) if factor is None else f"{value * factor:.{digits}f} {unit}".strip()
+    if factor is None:
+        return str(value)
+    return f"{round(value * factor, digits) + 0.0:.{digits}f} {unit}".strip()  # + 0.0: no "-0.000"

@@ -155,6 +155,10 @@ def target_stage(work: Work) -> tuple[dict, list[str]]:
     profile = part_profile(cell, work.scene.target.thickness_m)
     write_columns(work.path / "stress_profile.csv", **profile)
     stress = profile_metrics(profile["depth_m"], 0.5 * (profile["sigma_xx_Pa"] + profile["sigma_yy_Pa"]))
+    if work.scene.target.thickness_m is None:
+        reason = "a part too thick to stretch or bend: what balances the layer is spread over its whole depth"
+        stress |= {key: None for key in ("force_balance_N_m", "force_balance_relative")}
+        stress |= {f"{key}_reason": reason for key in ("force_balance_N_m", "force_balance_relative")}
     metrics = {
         "target": {
             "model": work.scene.models.target.model,

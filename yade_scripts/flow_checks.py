@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from yade import O
+
 from contact_model import (
     Calibration,
     Law,
@@ -15,12 +17,10 @@ from contact_model import (
     p_wave_step_s,
     shot_contact_time_s,
 )
-from impact_logger import ENERGY_TOLERANCE
-from yade import O
-
 from glue.errors import InputError
 from glue.flow.arrivals import largest_diameter_m, smallest_diameter_m
 from glue.theory import hertz
+from impact_logger import ENERGY_TOLERANCE
 
 MAX_DT_OVER_P = 1.5  # at 2 the elastic energy drifts by .5 %, at 4.4 by 24 %
 MIN_STEPS_PER_CONTACT = 9.0  # shot on shot at dt = 1.0 P: 13.7 at 60 m/s, 12 at twice the speed

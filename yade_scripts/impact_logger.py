@@ -20,9 +20,10 @@ from __future__ import annotations
 
 import math
 
+from yade import O
+
 from contact_model import total_force_N
 from forecast import Forecast
-from yade import O
 
 WALL = 0  # body id of the target plane
 ENERGY_TOLERANCE = 0.01  # kinetic energy that a contact may gain; elastic ones at dt = 1.0 P scatter by .3 %

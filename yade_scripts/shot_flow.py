@@ -28,16 +28,16 @@ import session  # noqa: E402
 session.close_listeners()
 
 import numpy as np  # noqa: E402
+
 from contact_model import build  # noqa: E402
 from flow_checks import plan_run, postflight  # noqa: E402
-from impact_logger import FlowFailed, ImpactLogger  # noqa: E402
-from shot_stream import Stream  # noqa: E402
-
 from glue.atomic import write_text_atomic  # noqa: E402
 from glue.errors import InputError  # noqa: E402
 from glue.flow import arrivals as shots_leaving  # noqa: E402
 from glue.flow.impacts import impact_writer  # noqa: E402
 from glue.scene.reader import read_scene  # noqa: E402
+from impact_logger import FlowFailed, ImpactLogger  # noqa: E402
+from shot_stream import Stream  # noqa: E402
 
 AUDIT_STEPS = 4000  # between audits of every live shot: .4 ms for 1 mm steel, well under 1 % of the run
 # Shots that meet others may leave with any speed below this times the nozzle's: two equal shots can at most

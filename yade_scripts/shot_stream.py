@@ -10,9 +10,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from contact_model import LIVE, PARKED, add_shot, look_for_partners
-from impact_logger import FlowFailed, Flying, ImpactLogger
 from yade import O
+
+from contact_model import LIVE, PARKED, add_shot, look_for_partners
+from impact_logger import Flying, FlowFailed, ImpactLogger
 
 # Shots are inserted this many (largest) diameters upstream of the exit plane, where rebounding shots are
 # dropped, so that no shot can appear inside one that leaves.

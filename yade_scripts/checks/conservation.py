@@ -6,16 +6,17 @@ between shots, friction .2), normal and oblique.
     yade -n -x yade_scripts/checks/conservation.py [--json FILE]
 """
 
-import sys
 import tempfile
+import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(sys.argv[0]).resolve().parent))  # __file__ is that of yade itself
 
-import numpy as np
-import shot_flow
 from rows import Rows
 
+import numpy as np
+
+import shot_flow
 from glue.flow.arrivals import read_arrivals
 from glue.flow.impacts import read_impacts
 

@@ -11,9 +11,9 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(sys.argv[0]).resolve().parent))  # __file__ is that of yade itself
 
-from contact_model import Solid, contact_modulus_Pa, measure_rebounds, p_wave_step_s
 from rows import Rows
 
+from contact_model import Solid, contact_modulus_Pa, measure_rebounds, p_wave_step_s
 from glue.theory import hertz
 
 STEEL = Solid(E_Pa=210e9, nu=0.3, density_kg_m3=7800.0)

@@ -12,8 +12,9 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(sys.argv[0]).resolve().parent))  # __file__ is that of yade itself
 
-from contact_model import Solid, calibrate, measure_rebounds, p_wave_step_s
 from rows import Rows
+
+from contact_model import Solid, calibrate, measure_rebounds, p_wave_step_s
 
 STEEL = Solid(E_Pa=210e9, nu=0.3, density_kg_m3=7800.0)
 ALUMINIUM = Solid(E_Pa=73.1e9, nu=0.33, density_kg_m3=2780.0)

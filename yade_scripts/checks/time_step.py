@@ -12,10 +12,10 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(sys.argv[0]).resolve().parent))  # __file__ is that of yade itself
 
-from contact_model import Solid, measure_rebounds, p_wave_step_s
-from flow_checks import plan_run
 from rows import SCRIPTS, Rows
 
+from contact_model import Solid, measure_rebounds, p_wave_step_s
+from flow_checks import plan_run
 from glue.errors import InputError
 from glue.scene.reader import read_scene
 

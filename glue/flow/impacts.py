@@ -20,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
+from glue.errors import InputError
 from glue.flow.table import INTEGER, REAL, TableWriter, read_table, write_table
 
 TITLE = "impact log"
@@ -63,9 +64,17 @@ def write_impacts(path: Path, impacts: np.ndarray, header: dict) -> None:
 def read_impacts(path: Path, *, allow_truncated: bool = False) -> tuple[np.ndarray, dict]:
     """(impacts, header) of an impact log; a log without footer is refused unless ``allow_truncated``.
 
-    Raises InputError with the reason (missing, other kind, other columns, truncated, damaged).
+    Raises InputError with the reason (missing, other kind, other columns, truncated, damaged, an impact that
+    does not fall).
     """
-    return read_table(path, TITLE, COLUMNS, allow_truncated=allow_truncated)
+    impacts, header = read_table(path, TITLE, COLUMNS, allow_truncated=allow_truncated)
+    rising = np.flatnonzero(~(impacts["vz_in_m_s"] < 0.0))
+    if rising.size:
+        raise InputError(
+            f"{path}: impact {impacts['impact_id'][rising[0]]} has vz_in_m_s = {impacts['vz_in_m_s'][rising[0]]:g}"
+            f" ({rising.size} such); the target lies below, so an impact has vz_in_m_s < 0"
+        )
+    return impacts, header
 
 
 def stream_numbers(impacts: np.ndarray, speed_m_s: float) -> dict:

@@ -165,7 +165,8 @@ class Accuracy:
     dimple_elements_per_radius: int  # a/h at the surface, a the expected dimple radius
     cell_side_in_radii: float  # periodic cell side over dimple radius
     cell_elements_per_side: int
-    cell_load_steps: int
+    cell_load_steps: int  # penetration steps of one impact
+    cell_force_tolerance: float  # out-of-balance forces over the contact force
     coverage_points_per_radius: float  # raster points per dimple radius
     stamp_points_per_radius: float
 

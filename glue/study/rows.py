@@ -36,6 +36,7 @@ ROWS = {
         ("restitution", "restitution", 1, "", 3),
         ("peak_force_N", "peak force", 1, "N", 0),
         ("contact_time_s", "contact time", 1e6, "µs", 2),
+        ("warning", "warning", None, "", 0),
     )),
     "flow": ("Shot stream", (
         ("impacts", "impacts on the target", 1, "", 0),
@@ -50,6 +51,7 @@ ROWS = {
         ("window_exposure", "the same in the window", 1, "", 2),
         ("neglected_energy_share", "energy of impacts too faint to solve", 100, "%", 2),
         ("nominal_depth_error", "single dimple on this mesh, depth error", 100, "%", 1),
+        ("nominal_force_error", "single dimple on this mesh, force error", 100, "%", 1),
         ("cell_Sa_m", "Sa of the cell's own surface", 1e6, "µm", 1),
         ("dofs", "unknowns", 1, "", 0),
     )),

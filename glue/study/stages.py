@@ -23,6 +23,7 @@ from glue.target.driver import kernel_flavour
 from glue.target.part import part_profile
 from glue.theory import avrami
 
+ABSURD_STRAIN = 1.0
 FULL_COVERAGE = 0.98  # the level at which the trade calls a surface fully covered
 _CURVE_POINTS = 200
 _FLOW_LIMIT = 0.94  # YADE's contact law follows the restitution asked for up to here, and again at exactly 1
@@ -56,7 +57,7 @@ def ready_kernels() -> None:
 
 
 def dimple_metrics(dimple: Dimple) -> dict:
-    """The section ``dimple`` of metrics.json."""
+    """The section ``dimple`` of metrics.json; with a warning where the model is beyond what it was tried for."""
     keys = (
         "radius_m",
         "depth_m",
@@ -65,9 +66,17 @@ def dimple_metrics(dimple: Dimple) -> dict:
         "peak_force_N",
         "contact_time_s",
         "speed_m_s",
+        "speed_exponent",
+        "edge_peeq",
         "wall_s",
     )
-    return plain({k: getattr(dimple, k) for k in keys})
+    found = plain({k: getattr(dimple, k) for k in keys})
+    if dimple.largest_peeq > ABSURD_STRAIN:
+        found["warning"] = (
+            f"plastic strain reaches {dimple.largest_peeq:.1f} in one impact: beyond {ABSURD_STRAIN:g} real metal cracks or"
+            " melts first, take the results as a trend"
+        )
+    return found
 
 
 def flow_stage(work: Work) -> tuple[dict, list[str]]:
@@ -155,6 +164,12 @@ def target_stage(work: Work) -> tuple[dict, list[str]]:
     profile = part_profile(cell, work.scene.target.thickness_m)
     write_columns(work.path / "stress_profile.csv", **profile)
     stress = profile_metrics(profile["depth_m"], 0.5 * (profile["sigma_xx_Pa"] + profile["sigma_yy_Pa"]))
+    by_strain = {"peeq_final": cell.coverage_peeq}
+    if math.isnan(cell.coverage_peeq):
+        by_strain = {
+            "peeq_final": None,
+            "peeq_final_reason": "one impact hardly yields the top layer: no plastic strain marks its dimple's edge",
+        }
     if work.scene.target.thickness_m is None:
         reason = "a part too thick to stretch or bend: what balances the layer is spread over its whole depth"
         stress |= {key: None for key in ("force_balance_N_m", "force_balance_relative")}
@@ -168,13 +183,14 @@ def target_stage(work: Work) -> tuple[dict, list[str]]:
             "neglected_energy_share": cell.patch.neglected_energy_share,
             "balance_error": cell.balance_error,
             "nominal_depth_error": cell.nominal_depth_error,
+            "nominal_force_error": cell.nominal_force_error,
             "cell_Sa_m": float(np.abs(cell.surface_z_m - cell.surface_z_m.mean()).mean()),
             "dofs": cell.dofs,
             "wall_s": cell.wall_s,
         },
         "residual_stress": stress,
         "coverage": {
-            "peeq_final": cell.coverage_peeq,
+            **by_strain,
             "peeq_threshold": cell.edge_threshold,
             "peeq_027_final": cell.coverage_peeq_027,
         },
@@ -223,6 +239,7 @@ def _mean_cubed_radius(shots) -> float:
 
 
 _SCENE = ("glue/scene/*.py",)
+_STAGES = ("glue/study/stages.py",)
 _KERNELS = ("freefem/lib/law_script.idp", "freefem/plugin/*")
 _AXISYM = ("freefem/single_impact.edp", "freefem/lib/*axisym*.idp")
 _CELL = ("cell.edp", "lib/anderson.idp", "lib/contact_lcp.idp", "lib/output_cell.idp", "lib/points_small*.idp")
@@ -251,7 +268,7 @@ STAGES = (
     Stage(
         "coverage",
         ("dimple", "flow"),
-        ("glue/surface/coverage.py", "glue/theory/avrami.py"),
+        (*_SCENE, *_STAGES, "glue/surface/coverage.py", "glue/target/dimple.py", "glue/theory/*.py"),
         ("coverage.csv",),
         coverage_stage,
     ),
@@ -259,6 +276,8 @@ STAGES = (
         "target",
         ("dimple", "flow"),
         (
+            *_SCENE,
+            *_STAGES,
             "glue/target/*.py",
             "glue/theory/plate.py",
             "glue/surface/stress.py",
@@ -271,7 +290,7 @@ STAGES = (
     Stage(
         "surface",
         ("dimple", "flow"),
-        ("glue/surface/stamp.py", "glue/surface/roughness.py"),
+        (*_SCENE, *_STAGES, "glue/surface/stamp.py", "glue/surface/roughness.py", "glue/target/dimple.py"),
         ("surface.npz",),
         surface_stage,
     ),

@@ -13,6 +13,7 @@ import numba
 import numpy as np
 
 from glue.errors import InputError
+from glue.theory.impact_scale import CONTACT_OVER_LOADING
 
 # Points per median semi-minor axis.  The lattice's error in the covered share falls as (spacing/radius)^1.5
 # and is about 1e-5 (largest of 12 draws 2.2e-5) for 10 000 discs at coverages .3 to .95.
@@ -74,12 +75,12 @@ def time_to(time_s, coverage, level: float = 0.98) -> float | None:
 
 
 def sweep_factors(sweep):
-    """Reach of an oblique dimple (lead, trail) in contact radii, from the sweep s = v_t t_c / a (array).
+    """Reach of an oblique dimple (lead, trail) in contact radii, from the sweep s = 2 v_t t_l / a (array).
 
     A kinematic model of this project (frictionless, for want of a published one): while the shot sinks in,
-    t from 0 to t_c/2, the contact circle a sin(pi t/t_c) is carried along by the tangential speed v_t, and
-    the dimple is all that it touched.  The leading edge is farthest at t_c/2, lead = 1 + s/2; the trailing
-    edge s tau - sin(pi tau) turns back where cos(pi tau) = s/pi, so that with c = s/pi <= 1
+    t from 0 to t_l, the contact circle a sin(pi t/(2 t_l)) is carried along by the tangential speed v_t, and
+    the dimple is all that it touched.  The leading edge is farthest at t_l, lead = 1 + s/2; the trailing
+    edge s tau - sin(pi tau), tau = t/(2 t_l), turns back where cos(pi tau) = s/pi, so that with c = s/pi <= 1
     trail = sqrt(1 - c^2) - c arccos(c), and 0 beyond (the edge never runs backwards).
     """
     s = np.asarray(sweep, dtype=float)
@@ -92,15 +93,18 @@ def dimple_semi_axes(dimple, impacts):
 
     ``impacts`` has the columns diameter_m and v{x,y,z}_in_m_s.  Across the flight a dimple is as wide as a
     normal impact of the same diameter and normal speed (``dimple.radius_for``); along it the sweep of
-    :func:`sweep_factors` makes it longer, with the reference dimple's contact time scaled by the diameter (by
-    similarity; its weak fall with speed is left out).  The shift of the ellipse's centre is left out too:
+    :func:`sweep_factors` makes it longer (by 6 % at 15 degrees and 60 m/s on 2024, 1 % at 45: oblique dimples are nearly
+    round), with the reference dimple's loading time scaled by the diameter (by similarity; its weak fall with speed
+    is left out).  The shift of the ellipse's centre is left out too:
     equal impacts share it, so that it moves the pattern and leaves the coverage alone.
     """
     diameter = np.asarray(impacts["diameter_m"], dtype=float)
     vx, vy = np.asarray(impacts["vx_in_m_s"], dtype=float), np.asarray(impacts["vy_in_m_s"], dtype=float)
     semi_minor = np.asarray(dimple.radius_for(diameter, -np.asarray(impacts["vz_in_m_s"], dtype=float)))
-    contact_time = dimple.contact_time_s * diameter / dimple.diameter_m
-    lead, trail = sweep_factors(np.hypot(vx, vy) * contact_time / semi_minor)
+    loading_time = dimple.contact_time_s / CONTACT_OVER_LOADING * diameter / dimple.diameter_m
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sweep = np.where(semi_minor > 0.0, 2.0 * np.hypot(vx, vy) * loading_time / semi_minor, 0.0)
+    lead, trail = sweep_factors(sweep)
     return semi_minor * np.maximum(0.5 * (lead + trail), 1.0), semi_minor, np.arctan2(vy, vx)
 
 

@@ -39,6 +39,7 @@ class Dimple:
     density_kg_m3: float
     speed_exponent: float  # radius ~ speed^exponent
     edge_peeq: float  # equivalent plastic strain just under the surface at the dimple's edge
+    largest_peeq: float
     energy_error: float
     dofs: int
     wall_s: float
@@ -141,6 +142,7 @@ def to_si(
         density_kg_m3=float(density_kg_m3),
         speed_exponent=exponent,
         edge_peeq=edge_peeq(impact, radius),
+        largest_peeq=largest_peeq(impact),
         energy_error=impact.energy_error,
         dofs=impact.dofs,
         wall_s=wall_s,
@@ -158,19 +160,25 @@ def to_si(
 def zero_height_radius(impact: ReducedImpact) -> float:
     """Radius [R] at which the deformed surface first rises through the undeformed one.
 
-    Raises NotConverged when it never does: no dent, or one as wide as the block.
+    Raises NotConverged when it never does: no dent, one as wide as the block, or one that is only solver noise because
+    nothing yielded.
     """
     r, z = impact.surface_r, impact.surface_z
     crossing = np.flatnonzero((z[:-1] < 0) & (z[1:] >= 0))
-    if z[0] >= 0 or crossing.size == 0:
+    if z[0] >= 0 or crossing.size == 0 or largest_peeq(impact) == 0.0:
         raise NotConverged(
             "the impact left no dimple with an edge",
-            cause=f"height on the axis {z[0]:.2e} R, nowhere back at zero",
+            cause=f"height on the axis {z[0]:.2e} R, largest equivalent plastic strain {largest_peeq(impact):.2e}",
             log=impact.log,
             advice="a higher speed: below the yield speed the target only springs",
         )
     i = crossing[0]
     return float(r[i] - z[i] * (r[i + 1] - r[i]) / (z[i + 1] - z[i]))
+
+
+def largest_peeq(impact: ReducedImpact) -> float:
+    """Largest equivalent plastic strain at any Gauss point."""
+    return float(impact.points["peeq"].max(initial=0.0))
 
 
 def layer_stress(

@@ -38,7 +38,8 @@ def normal_energy_J(impacts: np.ndarray) -> np.ndarray:
 def choose_patch(impacts: np.ndarray, dimple, window_m: tuple[float, float], side_m: float) -> Patch:
     """The impacts of the patch, of those that tile the window, whose exposure is nearest to the window's.
 
-    Ties go to the first.  impacts: structured, in order of time.  Raises InputError when the window is smaller than a cell.
+    Empty patches are passed over, ties go to the first.  impacts: structured, in order of time.
+    Raises InputError when the window is smaller than a cell, or no patch of it holds an impact.
     """
     count = [int(w // side_m) for w in window_m]
     if min(count) < 1:
@@ -57,8 +58,12 @@ def choose_patch(impacts: np.ndarray, dimple, window_m: tuple[float, float], sid
             x0, y0 = (i - 0.5 * count[0]) * side_m, (j - 0.5 * count[1]) * side_m
             inside = (x >= x0) & (x < x0 + side_m) & (y >= y0) & (y < y0 + side_m)
             exposure = area[inside].sum() / side_m**2
+            if not inside.any():
+                continue  # a sparse log leaves tiles empty; they stand for nothing
             if best is None or abs(exposure - wanted) < best[0]:
                 best = (abs(exposure - wanted), x0, y0, inside, exposure)
+    if best is None:
+        raise InputError("no impact of the log falls into the window: a longer exposure_time_s is needed")
     _, x0, y0, inside, exposure = best
     energy = normal_energy_J(impacts)
     nominal = 0.5 * dimple.density_kg_m3 * math.pi / 6.0 * dimple.diameter_m**3 * dimple.speed_m_s**2

@@ -17,7 +17,7 @@ import numpy as np
 from glue.atomic import atomic_path
 from glue.errors import NotConverged
 from glue.scene.model import CombinedHardening, JohnsonCook, Material
-from glue.solvers import run_freefem
+from glue.solvers import run_freefem, versions
 from glue.target.cache import cached_folder, content_key
 from glue.target.driver import Parameter, kernel_flavour, law_table, write_driver
 from glue.target.progress import relay
@@ -29,18 +29,23 @@ UNBALANCED_LIMIT = 1e-3  # residual forces of the unloaded target over those bef
 _SOURCES = (
     "freefem/single_impact.edp",
     "freefem/lib/*axisym*.idp",
+    "freefem/lib/law_script.idp",
     "freefem/plugin/*",
     "glue/target/reduced_impact.py",
+    "glue/theory/impact_scale.py",
 )
 
-# Numerics that no preset changes; each was varied and does not move the results (make checks prints it).
-_DOMAIN_R = 10.0  # block of 10 R, at least 20 dimple radii
-_DOMAIN_RADII = 20.0
-_GROWTH = 0.3  # element size per unit of distance from the contact
-_STEPS_PER_CONTACT = 90.0
-_PENALTY = 5.0  # contact stiffness over E/h
-_TOE = 0.005  # width of the contact's smooth toe over h
-_NEWTON = 1e-5
+@dataclass(frozen=True)
+class Numerics:
+    """Numbers that no preset changes; freefem/checks/run.py varies each and prints what that does to the result."""
+
+    domain_R: float = 10.0  # block of so many R, and at least domain_radii expected dimple radii
+    domain_radii: float = 20.0
+    growth: float = 0.3  # element size per unit of distance from the contact
+    steps_per_contact: float = 90.0
+    penalty: float = 5.0  # contact stiffness over E/h
+    toe: float = 0.005  # width of the contact's smooth toe over h
+    newton: float = 1e-5  # out-of-balance over forces
 
 
 @dataclass(frozen=True)
@@ -70,19 +75,17 @@ def solve_reduced(
     speed_m_s: float,
     density_kg_m3: float,
     elements_per_radius: int,
-    domain_scale: float = 1.0,
-    growth: float = _GROWTH,
+    numerics: Numerics = Numerics(),  # noqa: B008 - frozen
     progress: Callable[[float, str], None] | None = None,
 ) -> ReducedImpact:
     """Solve (or fetch from the cache) the normal impact of a rigid sphere at ``speed_m_s``.
 
     elements_per_radius: expected dimple radius over surface element size.  Raises SolverFailed, NotConverged.
     """
-    parameters = _parameters(
-        material, law, speed_m_s, density_kg_m3, elements_per_radius, domain_scale, growth
-    )
+    parameters = _parameters(material, law, speed_m_s, density_kg_m3, elements_per_radius, numerics)
     flavour = kernel_flavour()
-    inputs = {"parameters": [p.line() for p in parameters], "kernel": flavour}
+    solver = versions()["freefem"]["package"]
+    inputs = {"parameters": [p.line() for p in parameters], "kernel": flavour, "freefem": solver}
     text = write_driver(
         f"One impact on {material.key}: {speed_m_s:g} m/s, a/h = {elements_per_radius}",
         [Parameter("string", "outDir", ".", "folder of the results"),
@@ -108,9 +111,7 @@ def copy_record(result: ReducedImpact, workdir: Path, name: str) -> None:
             shutil.copyfile(source, part)
 
 
-def _parameters(
-    material, law, speed, density_kg_m3, elements_per_radius, domain_scale, growth
-) -> list[Parameter]:
+def _parameters(material, law, speed, density_kg_m3, elements_per_radius, numerics) -> list[Parameter]:
     table = law_table(material.E_Pa, material.nu, law)
     density = density_kg_m3 * 1e-6
     flow_stress = law.flow_stress_Pa(REPRESENTATIVE_STRAIN) * 1e-6
@@ -132,12 +133,12 @@ def _parameters(
             float(elements_per_radius),
             "expected dimple radius over element size",
         ),
-        Parameter("real", "meshGrowth", growth, "element size per distance beyond the contact"),
-        Parameter("real", "domainSize", max(_DOMAIN_R, _DOMAIN_RADII * scale.radius) * domain_scale, "R"),
-        Parameter("real", "stepsPerContact", _STEPS_PER_CONTACT, "time steps per contact time"),
-        Parameter("real", "penaltyFactor", _PENALTY, "contact stiffness over E/h"),
-        Parameter("real", "toeFraction", _TOE, "width of the contact's smooth toe over h"),
-        Parameter("real", "newtonTolerance", _NEWTON, "residual over forces"),
+        Parameter("real", "meshGrowth", numerics.growth, "element size per distance beyond the contact"),
+        Parameter("real", "domainSize", max(numerics.domain_R, numerics.domain_radii * scale.radius), "R"),
+        Parameter("real", "stepsPerContact", numerics.steps_per_contact, "time steps per contact time"),
+        Parameter("real", "penaltyFactor", numerics.penalty, "contact stiffness over E/h"),
+        Parameter("real", "toeFraction", numerics.toe, "width of the contact's smooth toe over h"),
+        Parameter("real", "newtonTolerance", numerics.newton, "residual over forces"),
         # 1e-5 of the force at the expected penetration: what counts as no force at all.
         Parameter("real", "forceFloor", 1e-5 * 6 * math.pi * flow_stress * scale.penetration, "MPa R2"),
     ]

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 MEAN_PRESSURE_OVER_FLOW_STRESS = 3.0  # Tabor's constraint factor of full plasticity
 REPRESENTATIVE_STRAIN = 0.08  # Tabor: about 8 % under a spherical indenter
-_UNLOADING = 1.35  # contact time over loading time; .34-.43 of the speed comes back
+CONTACT_OVER_LOADING = 1.35  # contact time over loading time of plastic impacts; .34-.43 of the speed comes back
 
 
 class Scale(NamedTuple):
@@ -36,6 +36,6 @@ def expected_impact(E: float, nu: float, flow_stress: float, density: float, spe
             ),
             1.0,
         ),
-        duration=max(_UNLOADING * 0.5 * math.pi * math.sqrt(mass / stiffness), 2.9432 * elastic / speed),
+        duration=max(CONTACT_OVER_LOADING * 0.5 * math.pi * math.sqrt(mass / stiffness), 2.9432 * elastic / speed),
         penetration=max(plastic, elastic),
     )

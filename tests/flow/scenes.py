@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 from glue.scene import model
+from glue.scene.presets import PRESETS
 
 
 def bare_scene(**changes) -> model.Scene:
@@ -35,7 +36,7 @@ def bare_scene(**changes) -> model.Scene:
         restitution=model.Restitution(0.6, 0.8),
         friction=model.Friction(0.2, 0.2),
         models=model.Models(auto, auto, auto),
-        accuracy=model.Accuracy("balanced", 1.0, 6, 4.0, 8, 3, 20.0, 16.0),
+        accuracy=PRESETS["balanced"],
     )
     for part_name in ("shots", "nozzle", "restitution", "friction", "accuracy"):
         part = getattr(scene, part_name)

@@ -25,6 +25,7 @@ def log():
             else rng.normal(size=50) * 10.0 ** rng.integers(-9, 9)
         )
     rows["peak_force_N"][3] = np.nan  # models without forces
+    rows["vz_in_m_s"] = -abs(rows["vz_in_m_s"])  # impacts fall
     return rows
 
 
@@ -102,3 +103,11 @@ def test_numbers_of_the_stream():
     assert got["collided_fraction"] == pytest.approx(1 / 3)
     assert got["mean_normal_energy_fraction"] == pytest.approx((1 + 0.25 + 1 / 36 + 1) / 4)
     assert impacts.stream_numbers(rows[:0], 60.0)["collided_fraction"] is None
+
+
+@pytest.mark.parametrize("speed", [0.0, 3.0, np.nan])
+def test_an_impact_that_does_not_fall_is_refused(log, tmp_path, speed):
+    log["vz_in_m_s"][4] = speed
+    impacts.write_impacts(tmp_path / "i.csv", log, {})
+    with pytest.raises(InputError, match="vz_in_m_s < 0"):
+        impacts.read_impacts(tmp_path / "i.csv")

@@ -159,19 +159,20 @@ def test_worst_grade_runs_from_derived_to_unverified():
 
 
 def test_presets():
-    """dt/P, elements per radius, cell side and elements, load steps, raster points, stamp points."""
+    """dt/P, elements per radius, cell side, elements, load steps and tolerance, raster points, stamp points."""
     fields = (
         "flow_dt_over_P",
         "dimple_elements_per_radius",
         "cell_side_in_radii",
         "cell_elements_per_side",
         "cell_load_steps",
+        "cell_force_tolerance",
         "coverage_points_per_radius",
         "stamp_points_per_radius",
     )
     assert {name: tuple(getattr(p, f) for f in fields) for name, p in PRESETS.items()} == {
-        "fast": (1.0, 3, 4.0, 6, 3, 12.0, 12.0),
-        "balanced": (1.0, 6, 4.8, 8, 3, 20.0, 16.0),
-        "reference": (0.3, 12, 6.4, 10, 6, 40.0, 24.0),
+        "fast": (1.0, 3, 4.0, 6, 3, 5e-3, 12.0, 12.0),
+        "balanced": (1.0, 6, 4.8, 8, 6, 2e-3, 20.0, 16.0),
+        "reference": (0.3, 12, 6.4, 10, 10, 1e-3, 40.0, 24.0),
     }
     assert all(p.preset == name for name, p in PRESETS.items())

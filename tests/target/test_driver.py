@@ -25,7 +25,7 @@ AL2024 = material("al2024-t351")
 
 
 def single_impact_text() -> str:
-    parameters = reduced_impact._parameters(AL2024, AL2024.johnson_cook, 60.0, 7800.0, 6, 1.0, 0.3)
+    parameters = reduced_impact._parameters(AL2024, AL2024.johnson_cook, 60.0, 7800.0, 6, reduced_impact.Numerics())
     head = [
         Parameter("string", "outDir", ".", "folder of the results"),
         Parameter("string", "statusFile", "status", "written last"),

@@ -56,3 +56,15 @@ def test_faint_impacts_are_left_out_and_reported():
 def test_a_window_smaller_than_the_cell_is_refused():
     with pytest.raises(InputError, match="window_m"):
         choose_patch(impacts([0.0], [0.0]), dimple(), (0.9e-3, 4e-3), SIDE)
+
+
+def test_a_sparse_log_takes_a_patch_with_an_impact_in_it():
+    """One impact in sixteen tiles: fifteen empty ones are nearer to the mean exposure, and stand for nothing."""
+    patch = choose_patch(impacts([1.2e-3], [-0.3e-3]), dimple(), WINDOW, SIDE)
+    assert patch.x_m.size == 1
+    assert patch.exposure == pytest.approx(16 * patch.window_exposure)
+
+
+def test_a_log_beside_the_window_is_refused():
+    with pytest.raises(InputError, match="no impact"):
+        choose_patch(impacts([5e-3], [0.0]), dimple(), WINDOW, SIDE)

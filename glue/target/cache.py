@@ -43,13 +43,14 @@ def cached_folder(kind: str, key: str, make: Callable[[Path], None]) -> tuple[Pa
     try:
         final.parent.mkdir(parents=True, exist_ok=True)
         scratch = Path(tempfile.mkdtemp(prefix=f"{key}-", suffix=".part", dir=final.parent))
+        scratch.chmod(0o755)  # a cache may be shared; mkdtemp's folders are their owner's alone
     except OSError as problem:
         raise InputError(
             f"the cache folder {final.parent} cannot be written ({problem}); set PEEN_CACHE"
         ) from None
     try:
         make(scratch)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, SystemExit):
         shutil.rmtree(scratch, ignore_errors=True)
         raise
     except Exception as problem:

@@ -6,6 +6,7 @@ law; its exponent is measured by a second impact at half the speed (.46-.47 for 
 
 from __future__ import annotations
 
+import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -79,7 +80,7 @@ class Dimple:
                         for x in fields(cls)
                     }
                 )
-        except (OSError, KeyError, ValueError) as problem:
+        except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile) as problem:
             raise InputError(
                 f"{path}: not a dimple of this version ({problem}); run the dimple stage again"
             ) from None

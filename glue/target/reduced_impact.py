@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from glue.atomic import atomic_path
-from glue.errors import NotConverged
+from glue.errors import NotConverged, PeenError
 from glue.scene.model import CombinedHardening, JohnsonCook, Material
 from glue.solvers import run_freefem, versions
 from glue.target.cache import cached_folder, content_key
@@ -98,9 +98,17 @@ def solve_reduced(
         run_freefem(folder / "driver.edp", cwd=folder, log=folder / "freefem.log", status=folder / "status",
                     on_line=relay(progress))  # fmt: skip
         _check(folder)
+        _read(folder)
 
-    folder, _ = cached_folder("impact", content_key(inputs, _SOURCES), make)
-    return _read(folder)
+    key = content_key(inputs, _SOURCES)
+    folder, hit = cached_folder("impact", key, make)
+    try:
+        return _read(folder)
+    except PeenError:
+        if not hit:
+            raise
+        shutil.rmtree(folder)  # damaged since it was made: a cache may be thrown away, so it is
+        return _read(cached_folder("impact", key, make)[0])
 
 
 def copy_record(result: ReducedImpact, workdir: Path, name: str) -> None:

@@ -38,6 +38,15 @@ def test_table_round_trip(tmp_path):
     assert table["b"].tolist() == [2, 4]
 
 
+def test_a_table_with_fewer_rows_than_were_written_is_refused(tmp_path):
+    (tmp_path / "t.csv").write_text("a\n1\n2\n")
+    (tmp_path / "status").write_text("ok\nrows t.csv 3\nrows other.csv 2\n")
+    with pytest.raises(SolverFailed, match="cut short"):
+        read_table(tmp_path / "t.csv")
+    (tmp_path / "status").write_text("ok\nrows t.csv 2\n")
+    assert read_table(tmp_path / "t.csv")["a"].tolist() == [1, 2]
+
+
 @pytest.mark.parametrize(
     ("text", "error"),
     [(None, SolverFailed), ("a,b\n1\n2\n", SolverFailed), ("a,b\n1,2\n3\n", SolverFailed), ("a,b\n1,nan\n", NotConverged), ("a,b\n1,inf\n", NotConverged)],

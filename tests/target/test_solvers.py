@@ -175,6 +175,17 @@ def test_a_dimple_scales_exactly_with_the_diameter(tmp_path):
     assert (tmp_path / "impact.edp").exists() and (tmp_path / "impact.log").exists()
 
 
+def test_a_damaged_cache_entry_is_made_again(tmp_path, monkeypatch):
+    monkeypatch.setenv("PEEN_CACHE", str(tmp_path))
+    law = JohnsonCook(2500e6, 0, 1)
+    inputs = {"speed_m_s": 60.0, "density_kg_m3": 7800.0, "elements_per_radius": 3}
+    first = solve_reduced(AL2024, law, **inputs)
+    points = first.log.with_name("points.csv")
+    points.write_text(points.read_text()[:5000])
+    again = solve_reduced(AL2024, law, **inputs)
+    np.testing.assert_array_equal(again.points["s_rr"], first.points["s_rr"])
+
+
 @pytest.fixture(scope="module")
 def scene():
     return read_scene(example_path("al2024-s390"), preset="fast")

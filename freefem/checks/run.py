@@ -226,7 +226,19 @@ def scaling(rows: Rows, scratch: Path) -> None:
     rows.within("dimple radius ~ speed^n: n", d.speed_exponent, 0.46, 0.04, f"edge strain {d.edge_peeq:.3f}")
 
 
-CHECKS = (uniaxial_cycle, hill_sphere, elastic_impact, reference_impact, numerics, scaling)
+def laws(rows: Rows, scratch: Path) -> None:
+    """One dent cannot tell the bounded law from Johnson-Cook: what it may not be chosen by."""
+    plain, bounded = (
+        solve_reduced(AL2024, law, speed_m_s=60.0, density_kg_m3=STEEL, elements_per_radius=6)
+        for law in (AL2024.johnson_cook, AL2024.combined)
+    )
+    change = zero_height_radius(bounded) / zero_height_radius(plain) - 1.0
+    rows.below("combined law against Johnson-Cook: dimple radius", abs(change), 0.02, f"{change:+.2%}")
+    change = bounded.surface_z[0] / plain.surface_z[0] - 1.0
+    rows.below("combined law against Johnson-Cook: dimple depth", abs(change), 0.02, f"{change:+.2%}")
+
+
+CHECKS = (uniaxial_cycle, hill_sphere, elastic_impact, reference_impact, numerics, laws, scaling)
 
 
 if __name__ == "__main__":

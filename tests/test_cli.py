@@ -113,6 +113,7 @@ def test_a_failing_solver_is_told_with_log_and_run_directory(
 ):
     """The real dimple stage on a stub of FreeFem++."""
     stub("PEEN_FREEFEM", code)
+    stub("PEEN_YADE", "")  # looked for before anything runs
     monkeypatch.setenv("PEEN_CACHE", str(tmp_path / "cache"))
     monkeypatch.setenv("PEEN_KERNEL", "script")  # no compiler needed
     run = tmp_path / "run"

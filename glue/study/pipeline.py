@@ -137,16 +137,10 @@ def _builds_on(stage: Stage, stages: Sequence[Stage]) -> list[Stage]:
 
 
 def _run_stages(folder: RunDirectory, scene: Scene, wanted, stages, progress: Progress) -> None:
-    versions = solvers.versions()
+    _require_solvers(folder, wanted, stages)
     for stage in wanted:
         done = frozenset(n for n, r in folder.manifest["stages"].items() if r["state"] == "complete")
-        code = _code(stage)
-        inputs = {
-            "scene": folder.manifest["inputs_sha256"],
-            "code": code,
-            "versions": {k: versions[k] for k in ("yade", "freefem")},
-            "upstream": {n: folder.outputs_digest(n) for n in (*stage.needs, *stage.uses)},
-        }
+        inputs = _inputs(folder, stage)
         input_hash = digest(inputs)
         if folder.is_current(stage.name, input_hash):
             folder.keep(stage.name)
@@ -155,8 +149,31 @@ def _run_stages(folder: RunDirectory, scene: Scene, wanted, stages, progress: Pr
         folder.begin(stage.name, [s.name for s in _builds_on(stage, stages)], stage.owns)
         work = Work(scene, folder.path, folder.scene_file, _teller(progress, stage.name), done)
         progress(stage.name, 0.0, "starts")
-        _run_one(folder, stage, work, {"input_sha256": input_hash, "inputs": inputs, "versions": versions})
+        _run_one(folder, stage, work, {"input_sha256": input_hash, "inputs": inputs, "versions": solvers.versions()})
         progress(stage.name, 1.0, "done")
+
+
+def _inputs(folder: RunDirectory, stage: Stage) -> dict:
+    """All that decides the stage's result, as it is now."""
+    versions = solvers.versions()
+    return {
+        "scene": folder.manifest["inputs_sha256"],
+        "code": _code(stage),
+        "versions": {name: versions[name] for name in stage.solvers},
+        "upstream": {name: folder.outputs_digest(name) for name in (*stage.needs, *stage.uses)},
+    }
+
+
+def _require_solvers(folder: RunDirectory, wanted: Sequence[Stage], stages: Sequence[Stage]) -> None:
+    """Find the solvers of every stage that is out of date, or may be once an earlier one has run.
+
+    Before anything is removed or run: a solver that is missing must cost no result. Raises SolverFailed.
+    """
+    stale = [s for s in wanted if not folder.is_current(s.name, digest(_inputs(folder, s)))]
+    may_run = {s.name for stage in stale for s in (stage, *_builds_on(stage, stages))}
+    find = {"yade": solvers.find_yade, "freefem": solvers.find_freefem}
+    for name in {name: None for s in wanted if s.name in may_run for name in s.solvers}:
+        find[name]()
 
 
 def _teller(progress: Progress, name: str) -> Callable[[float | None, str], None]:

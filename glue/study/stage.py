@@ -27,7 +27,8 @@ class Stage:
     ``needs``: stages whose files it reads. ``uses``: stages whose files it reads when they are there.
     ``code``: glob patterns, relative to the checkout, of the sources that decide its result.
     ``owns``: files and folders of the run directory that it alone writes. ``run(work)`` does it and
-    returns (metrics by section of metrics.json, names of the files written).
+    returns (metrics by section of metrics.json, names of the files written). ``solvers``: those of
+    yade and freefem that it runs; their versions are part of what its result depends on.
     """
 
     name: str
@@ -36,3 +37,4 @@ class Stage:
     owns: tuple[str, ...]
     run: Callable[[Work], tuple[dict, list[str]]]
     uses: tuple[str, ...] = ()
+    solvers: tuple[str, ...] = ()

@@ -257,6 +257,7 @@ STAGES = (
         ),
         ("dimple",),
         dimple_stage,
+        solvers=("freefem",),
     ),
     Stage(
         "flow",
@@ -264,6 +265,7 @@ STAGES = (
         (*_SCENE, "glue/flow/*.py", "glue/theory/*.py", "yade_scripts/*.py"),
         ("flow",),
         flow_stage,
+        solvers=("yade",),
     ),
     Stage(
         "coverage",
@@ -286,6 +288,7 @@ STAGES = (
         ),
         ("target", "stress_profile.csv"),
         target_stage,
+        solvers=("freefem",),
     ),
     Stage(
         "surface",

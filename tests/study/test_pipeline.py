@@ -30,7 +30,7 @@ class Stubs:
             self._stage("d", (), uses=("a", "b", "c")),
         )
 
-    def _stage(self, name, needs, uses=()):
+    def _stage(self, name, needs, uses=(), solvers=()):
         def run(work):
             self.ran.append(name)
             if name in self.fail:
@@ -42,7 +42,7 @@ class Stubs:
             write_text_atomic(work.path / f"{name}.txt", text)
             return {name: {"value": len(text)}}, [f"{name}.txt"]
 
-        return Stage(name, needs, (), (f"{name}.txt", f"{name}.half"), run, uses)
+        return Stage(name, needs, (), (f"{name}.txt", f"{name}.half"), run, uses, solvers)
 
     def go(self, out, **options):
         self.ran.clear()
@@ -165,6 +165,70 @@ def test_changed_sources_make_a_stage_run_again(stubs, tmp_path, monkeypatch):
     source.write_text("three")
     stubs.salt["a"] = "!"
     assert stubs.go(tmp_path / "run") == ["a", "b", "c", "d"]
+
+
+def versions(**found):
+    return lambda: {name: {"binary": found.get(name, "1.0")} for name in ("yade", "freefem")}
+
+
+def test_a_missing_solver_costs_no_result(stubs, tmp_path, monkeypatch):
+    out = tmp_path / "run"
+    stubs.stages = (*stubs.stages[:1], stubs._stage("b", ("a",), solvers=("yade",)), *stubs.stages[2:])
+    monkeypatch.setattr(pipeline.solvers, "versions", versions())
+    monkeypatch.setattr(pipeline.solvers, "find_yade", lambda: Path("yade"))
+    stubs.go(out)
+    before = {p.name: p.read_bytes() for p in out.iterdir()}
+
+    def missing():
+        raise SolverFailed("YADE was not found")
+
+    monkeypatch.setattr(pipeline.solvers, "find_yade", missing)
+    monkeypatch.setattr(pipeline.solvers, "versions", versions(yade=None))
+    for only in (["c"], ["b"], []):
+        with pytest.raises(SolverFailed, match="YADE was not found"):
+            stubs.go(out, only=only)
+        assert stubs.ran == []
+    assert {p.name: p.read_bytes() for p in out.iterdir()} == before
+    with pytest.raises(SolverFailed, match="YADE was not found"):  # a first run: before the stages ahead of it
+        stubs.go(tmp_path / "new")
+    assert stubs.ran == []
+    assert stubs.go(out, only=["d"]) == [] and stubs.go(tmp_path / "other", only=["a"]) == ["a"]
+
+
+def test_a_stage_that_may_turn_out_stale_needs_its_solver_too(stubs, tmp_path, monkeypatch):
+    out = tmp_path / "run"
+    stubs.stages = (*stubs.stages[:1], stubs._stage("b", ("a",), solvers=("yade",)), *stubs.stages[2:])
+    monkeypatch.setattr(pipeline.solvers, "find_yade", lambda: Path("yade"))
+    stubs.go(out)
+    (out / "a.txt").unlink()
+
+    def missing():
+        raise SolverFailed("YADE was not found")
+
+    monkeypatch.setattr(pipeline.solvers, "find_yade", missing)
+    with pytest.raises(SolverFailed):
+        stubs.go(out)
+    assert stubs.ran == [] and (out / "b.txt").exists()
+
+
+def test_only_the_solver_that_a_stage_runs_makes_it_stale(stubs, tmp_path, monkeypatch):
+    out = tmp_path / "run"
+    stubs.stages = (*stubs.stages[:1], stubs._stage("b", ("a",), solvers=("freefem",)), *stubs.stages[2:])
+    monkeypatch.setattr(pipeline.solvers, "find_freefem", lambda: Path("FreeFem++"))
+    monkeypatch.setattr(pipeline.solvers, "versions", versions())
+    stubs.go(out)
+    monkeypatch.setattr(pipeline.solvers, "versions", versions(yade="2.0"))
+    assert stubs.go(out) == []
+    monkeypatch.setattr(pipeline.solvers, "versions", versions(freefem="2.0"))
+    assert stubs.go(out) == ["b"]
+
+
+def test_the_real_stages_name_their_solvers():
+    from glue.study.stages import STAGES
+
+    assert {s.name: s.solvers for s in STAGES} == {
+        "dimple": ("freefem",), "flow": ("yade",), "coverage": (), "target": ("freefem",), "surface": (), "report": (),
+    }  # fmt: skip
 
 
 def test_another_preset_is_another_run(stubs, tmp_path):

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import argparse
 import json
-import signal
 import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from glue import stopping
 from glue.errors import PeenError
 
 _STAGE_COMMANDS = {
@@ -42,10 +42,10 @@ exit codes: 0 done, 2 bad input, 3 a solver failed, 4 a solver did not converge,
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
     args = _parser().parse_args(argv)
-    # A plain kill becomes an exception too, so that solvers are stopped and half-written files removed.
-    before = signal.signal(signal.SIGTERM, _terminated)
     try:
-        return args.command(args)
+        # A plain kill becomes an exception too, so that solvers are stopped and half-written files removed.
+        with stopping.noticed():
+            return args.command(args)
     except PeenError as problem:
         _complain("\n".join([str(problem), *getattr(problem, "__notes__", [])]))
         return problem.exit_code
@@ -55,12 +55,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # `peen … | head`
         sys.stderr.close()
         return 1
-    finally:
-        signal.signal(signal.SIGTERM, before)
-
-
-def _terminated(number, frame):
-    raise SystemExit(128 + number)
 
 
 def _complain(text: str) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from glue import solvers
+from glue import solvers, stopping
 from glue.errors import InputError, PeenError
 from glue.scene.model import Scene
 from glue.scene.reader import example_names, example_path, read_scene, resolved_dict
@@ -139,6 +139,7 @@ def _builds_on(stage: Stage, stages: Sequence[Stage]) -> list[Stage]:
 def _run_stages(folder: RunDirectory, scene: Scene, wanted, stages, progress: Progress) -> None:
     _require_solvers(folder, wanted, stages)
     for stage in wanted:
+        stopping.check()
         done = frozenset(n for n, r in folder.manifest["stages"].items() if r["state"] == "complete")
         inputs = _inputs(folder, stage)
         input_hash = digest(inputs)
@@ -151,6 +152,7 @@ def _run_stages(folder: RunDirectory, scene: Scene, wanted, stages, progress: Pr
         progress(stage.name, 0.0, "starts")
         _run_one(folder, stage, work, {"input_sha256": input_hash, "inputs": inputs, "versions": solvers.versions()})
         progress(stage.name, 1.0, "done")
+    stopping.check()  # else a run that was told to stop in its last stage would call itself done
 
 
 def _inputs(folder: RunDirectory, stage: Stage) -> dict:
@@ -178,7 +180,12 @@ def _require_solvers(folder: RunDirectory, wanted: Sequence[Stage], stages: Sequ
 
 def _teller(progress: Progress, name: str) -> Callable[[float | None, str], None]:
     """Progress of one stage; only its end, with the record written, counts as all done."""
-    return lambda fraction, text="": progress(name, None if fraction is None else min(fraction, 0.999), text)
+
+    def tell(fraction: float | None, text: str = "") -> None:
+        stopping.check()
+        progress(name, None if fraction is None else min(fraction, 0.999), text)
+
+    return tell
 
 
 def _run_one(folder: RunDirectory, stage: Stage, work: Work, record: dict[str, Any]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import json
 import os
 import signal
@@ -11,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from glue import stopping
 from glue.atomic import write_text_atomic
 from glue.errors import InputError, NotConverged, SolverFailed
 from glue.solvers import repo_root
@@ -287,3 +289,40 @@ def test_a_kill_leaves_no_solver_running_and_no_record_of_the_stage(tmp_path, nu
     assert not (tmp_path / "run" / "alive").exists()
     assert manifest(tmp_path / "run")["stages"] == {}
     assert not list((tmp_path / "run").rglob("*.part"))
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.parametrize(
+    ("number", "raised"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, SystemExit)]
+)
+@pytest.mark.parametrize("stage", ["b", "d"])
+def test_a_signal_lost_in_a_callback_still_stops_the_run(stubs, tmp_path, number, raised, stage):
+    """As in numba's compiler: what the handler raises inside a C callback goes no further."""
+    deliver = ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(number))
+    inner = next(s for s in stubs.stages if s.name == stage)
+
+    def run(work):
+        deliver()
+        return inner.run(work)
+
+    renewed = Stage(stage, inner.needs, (), inner.owns, run, inner.uses)
+    stubs.stages = tuple(renewed if s.name == stage else s for s in stubs.stages)
+    with stopping.noticed(), pytest.raises(raised):
+        stubs.go(tmp_path / "run")
+    assert stubs.ran == {"b": ["a", "b"], "d": ["a", "b", "c", "d"]}[stage]
+    assert manifest(tmp_path / "run")["stages"][stage]["state"] == "complete"  # its result is whole: kept
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_a_signal_lost_in_a_callback_stops_a_stage_that_tells_its_progress(stubs, tmp_path):
+    deliver = ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(signal.SIGINT))
+
+    def run(work):
+        deliver()
+        work.progress(0.5, "half way")
+        stubs.ran.append("too far")
+
+    stubs.stages = (Stage("a", (), (), (), run),)
+    with stopping.noticed(), pytest.raises(KeyboardInterrupt):
+        stubs.go(tmp_path / "run")
+    assert stubs.ran == [] and signal.getsignal(signal.SIGINT) is signal.default_int_handler

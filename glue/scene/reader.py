@@ -29,15 +29,15 @@ _AUTO = {
 }
 
 
-def read_scene(path: Path | str, *, preset: str | None = None) -> Scene:
+def read_scene(path: Path | str, *, preset: str | None = None, content: bytes | None = None) -> Scene:
     """The scene in the TOML file ``path``, checked and with every default filled in.
 
-    ``preset`` takes the place of the file's ``accuracy.preset``.
+    ``preset`` takes the place of the file's ``accuracy.preset``; ``content`` is the file's, when it was read before.
     Raises :class:`InputError` with all problems found.
     """
     path = Path(path)
     log = Log(path)
-    top = Table(_parse(path), "", log)
+    top = Table(_parse(path, read_bytes(path) if content is None else content), "", log)
     top.refuse_others(
         (*schema.TOP, *schema.TABLES), not_built=schema.TOP_NOT_BUILT, elsewhere=schema.BELONGS_IN
     )
@@ -103,15 +103,19 @@ def _plain(value: object) -> object:
     return [_plain(item) for item in value] if isinstance(value, list | tuple) else value
 
 
-def _parse(path: Path) -> dict:
-    """The raw tables of a TOML file; :class:`InputError` naming the line where it cannot be read."""
+def read_bytes(path: Path) -> bytes:
+    """Content of a scene file. Raises :class:`InputError` when it cannot be read."""
     try:
-        raw = path.read_bytes()
+        return path.read_bytes()
     except FileNotFoundError:
         names = ", ".join(example_names())
         raise InputError(f"{path}: no such file; allowed: a scene file, or one of {names}") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+
+
+def _parse(path: Path, raw: bytes) -> dict:
+    """The raw tables of the TOML file ``path`` of content ``raw``; :class:`InputError` naming the line at fault."""
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:

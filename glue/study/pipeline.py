@@ -10,7 +10,7 @@ from typing import Any
 from glue import solvers, stopping
 from glue.errors import InputError, PeenError
 from glue.scene.model import Scene
-from glue.scene.reader import example_names, example_path, read_scene, resolved_dict
+from glue.scene.reader import example_names, example_path, read_bytes, read_scene, resolved_dict
 from glue.study.rundir import RunDirectory, digest, file_digest, read_manifest
 from glue.study.stage import Stage, Work
 
@@ -52,7 +52,8 @@ def run(
     stages = _default_stages() if stages is None else stages
     wanted = _with_needs(only or [s.name for s in stages], stages)
     scene_file = find_scene(scene_argument)
-    scene = read_scene(scene_file, preset=preset)
+    content = read_bytes(scene_file)  # once: what is checked is what is run, and a pipe gives it only once
+    scene = read_scene(scene_file, preset=preset, content=content)
     path = out or default_out(scene)
     facts = {
         "scene": scene.name,
@@ -61,7 +62,7 @@ def run(
         "defaults_used": list(scene.defaults_used),
     }
     with RunDirectory.create_or_continue(
-        path, scene_file=scene_file, preset=preset, resolved=resolved_dict(scene), facts=facts
+        path, scene=content, preset=preset, resolved=resolved_dict(scene), facts=facts
     ) as folder:
         _run_stages(folder, scene, wanted, stages, progress)
     return path

@@ -16,12 +16,12 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from glue.atomic import write_text_atomic
+from glue.atomic import atomic_path, write_text_atomic
 from glue.errors import InputError
 
 SCHEMA = 1
 STAGE_ORDER = ("dimple", "flow", "coverage", "target", "surface", "report")
-MANIFEST, METRICS, SCENE = "manifest.json", "metrics.json", "scene.toml"
+MANIFEST, METRICS, SCENE, LOCK = "manifest.json", "metrics.json", "scene.toml", ".lock"
 
 
 def digest(value: Any) -> str:
@@ -38,9 +38,8 @@ def file_digest(path: Path) -> str:
 class RunDirectory:
     """One run's folder, locked against a second process while this object is in use (``with``)."""
 
-    def __init__(self, path: Path, manifest: dict):
-        self.path, self.manifest = path, manifest
-        self._lock = _lock(path)
+    def __init__(self, path: Path, manifest: dict, lock: int):
+        self.path, self.manifest, self._lock = path, manifest, lock
 
     def __enter__(self) -> RunDirectory:
         return self
@@ -50,39 +49,50 @@ class RunDirectory:
 
     @classmethod
     def create_or_continue(
-        cls, path: Path, *, scene_file: Path, preset: str | None, resolved: dict, facts: dict
+        cls, path: Path, *, scene: bytes, preset: str | None, resolved: dict, facts: dict
     ) -> RunDirectory:
         """Open ``path`` for the scene, making it if need be.
 
-        ``resolved`` is the scene in SI units with its preset expanded: a directory made for another one is
-        refused. ``facts`` (seed, choices, versions) go into a new manifest as they are.
+        ``scene`` is the scene file's content; ``resolved`` the scene in SI units with its preset expanded: a
+        directory made for another one is refused. ``facts`` (seed, choices) go into a new manifest as they are.
         Raises InputError when the directory holds other inputs or other files, or cannot be written.
         """
         try:
             path.mkdir(parents=True, exist_ok=True)
-            probe = path / ".writable.part"
-            probe.write_bytes(b"")
-            probe.unlink()
+            was_locked_once = (path / LOCK).exists()
+            lock = _lock(path)  # before looking: what another peen is just making must not pass for a stranger's
         except OSError as problem:
             raise InputError(
                 f"{path}: cannot write the run directory ({problem.strerror}); choose another with --out"
             ) from None
-        if (path / MANIFEST).exists():
-            run = cls.open(path)
-            differences = list(_differences(run.manifest["inputs"], resolved))
-            if differences:
-                run.__exit__()
-                raise InputError(
-                    [f"{path}: holds a run of other inputs, which would get mixed up; choose another --out"]
-                    + [f"  {d}" for d in differences]
-                )
-            return run
-        strangers = [p.name for p in path.iterdir() if p.name not in {SCENE, ".lock"} and p.suffix != ".part"]
+        try:
+            if (path / MANIFEST).exists():
+                return cls._continue(path, lock, scene, resolved)
+            return cls._create(path, lock, scene, preset, resolved, facts)
+        except BaseException:
+            if not was_locked_once and not (path / MANIFEST).exists():
+                (path / LOCK).unlink(missing_ok=True)  # a folder that is refused is left as it was
+            os.close(lock)
+            raise
+
+    @classmethod
+    def _create(
+        cls, path: Path, lock: int, scene: bytes, preset: str | None, resolved: dict, facts: dict
+    ) -> RunDirectory:
+        strangers = [p.name for p in path.iterdir() if p.name not in {SCENE, LOCK} and p.suffix != ".part"]
         if strangers:
             raise InputError(
                 f"{path}: is not empty and no run directory (holds {', '.join(sorted(strangers)[:3])} …);"
                 " choose another --out"
             )
+        # An interrupted start leaves the scene file's very copy; anything else is the user's own.
+        if (path / SCENE).exists() and (path / SCENE).read_bytes() != scene:
+            raise InputError(
+                f"{path / SCENE}: is there already and another scene than the one to run, which would replace it;"
+                " choose another --out"
+            )
+        # The scene first: a directory with a manifest is one that can be continued.
+        _write_bytes(path / SCENE, scene)
         run = cls(
             path,
             {
@@ -91,25 +101,30 @@ class RunDirectory:
                 "preset_argument": preset,
                 "inputs": resolved,
                 "inputs_sha256": digest(resolved),
+                "scene_sha256": file_digest(path / SCENE),
                 "stages": {},
             },
+            lock,
         )
-        # The scene first: a directory with a manifest is one that can be continued.
-        with open(scene_file, encoding="utf-8") as f:
-            write_text_atomic(path / SCENE, f.read())
-        run.manifest["scene_sha256"] = file_digest(path / SCENE)
         run._save()
+        return run
+
+    @classmethod
+    def _continue(cls, path: Path, lock: int, scene: bytes, resolved: dict) -> RunDirectory:
+        run = cls(path, read_manifest(path), lock)
+        differences = list(_differences(run.manifest["inputs"], resolved))
+        if differences:
+            raise InputError(
+                [f"{path}: holds a run of other inputs, which would get mixed up; choose another --out"]
+                + [f"  {d}" for d in differences]
+            )
         return run
 
     @classmethod
     def open(cls, path: Path) -> RunDirectory:
         """Open an existing run directory. Raises InputError when it is none, or of another schema."""
-        manifest = read_manifest(path)
-        if manifest.get("schema") != SCHEMA:
-            raise InputError(
-                f"{path / MANIFEST}: schema {manifest.get('schema')!r}, this version reads {SCHEMA}; run anew"
-            )
-        return cls(path, manifest)
+        manifest = read_manifest(path)  # before the lock: a folder that is no run gets no file of ours
+        return cls(path, manifest, _lock(path))
 
     @property
     def scene_file(self) -> Path:
@@ -198,7 +213,16 @@ def read_manifest(path: Path) -> dict:
         ) from None
     if not isinstance(manifest, dict):
         raise InputError(f"{path / MANIFEST}: is no manifest; remove the directory and run again")
+    if manifest.get("schema") != SCHEMA:
+        raise InputError(
+            f"{path / MANIFEST}: schema {manifest.get('schema')!r}, this version reads {SCHEMA}; run anew"
+        )
     return manifest
+
+
+def _write_bytes(path: Path, content: bytes) -> None:
+    with atomic_path(path) as part:
+        part.write_bytes(content)
 
 
 def _position(stage: str) -> int:
@@ -210,10 +234,10 @@ def _json(value: dict) -> str:
 
 
 def _lock(path: Path) -> int:
-    handle = os.open(path / ".lock", os.O_CREAT | os.O_RDWR, 0o644)
+    handle = os.open(path / LOCK, os.O_CREAT | os.O_RDWR, 0o644)
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
+    except BlockingIOError:
         os.close(handle)
         raise InputError(
             f"{path}: another peen is at work in it; wait for it or choose another --out"

@@ -8,6 +8,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ import pytest
 from glue import stopping
 from glue.atomic import write_text_atomic
 from glue.errors import InputError, NotConverged, SolverFailed
+from glue.scene.reader import example_path
 from glue.solvers import repo_root
 from glue.study import pipeline
 from glue.study.stage import Stage
@@ -326,3 +328,15 @@ def test_a_signal_lost_in_a_callback_stops_a_stage_that_tells_its_progress(stubs
     with stopping.noticed(), pytest.raises(KeyboardInterrupt):
         stubs.go(tmp_path / "run")
     assert stubs.ran == [] and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_a_scene_may_come_through_a_pipe(stubs, tmp_path):
+    """``peen run <(…)``: the content can be read only once."""
+    content = example_path("al2024-s390").read_bytes()
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    writer = threading.Thread(target=pipe.write_bytes, args=(content,))
+    writer.start()
+    pipeline.run(str(pipe), tmp_path / "run", stages=stubs.stages)
+    writer.join()
+    assert (tmp_path / "run" / "scene.toml").read_bytes() == content

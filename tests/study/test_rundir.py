@@ -1,6 +1,9 @@
 from __future__ import annotations
 
+import fcntl
+import hashlib
 import json
+import os
 
 import pytest
 
@@ -18,7 +21,7 @@ def scene_file(tmp_path):
 def make(path, scene_file, **resolved):
     facts = {"scene": "s", "seed": 1}
     return RunDirectory.create_or_continue(
-        path, scene_file=scene_file, preset=None, resolved=resolved, facts=facts
+        path, scene=scene_file.read_bytes(), preset=None, resolved=resolved, facts=facts
     )
 
 
@@ -55,10 +58,39 @@ def test_an_unwritable_place_is_refused(tmp_path, scene_file):
 
 def test_what_an_interrupted_start_left_does_not_stand_in_the_way(tmp_path, scene_file):
     (tmp_path / "run").mkdir()
-    (tmp_path / "run" / "scene.toml").write_text("half")
+    (tmp_path / "run" / "scene.toml").write_text("schema = 1\n")  # atomic: whole when it has its name
+    (tmp_path / "run" / "scene.toml.part").write_text("half")
     (tmp_path / "run" / "manifest.json.part").write_text("{")
     with make(tmp_path / "run", scene_file) as run:
         assert run.scene_file.read_text() == "schema = 1\n"
+
+
+def test_a_scene_of_the_users_is_not_overwritten(tmp_path, scene_file):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "scene.toml").write_text("# my other scene\n")
+    with pytest.raises(InputError, match=r"mine/scene\.toml: is there already"):
+        make(tmp_path / "mine", scene_file)
+    assert [p.name for p in (tmp_path / "mine").iterdir()] == ["scene.toml"]
+    assert (tmp_path / "mine" / "scene.toml").read_text() == "# my other scene\n"
+
+
+def test_the_scene_is_copied_byte_for_byte(tmp_path):
+    scene = tmp_path / "windows.toml"
+    scene.write_bytes(b"\xef\xbb\xbfschema = 1\r\n")
+    with make(tmp_path / "run", scene) as run:
+        assert run.scene_file.read_bytes() == scene.read_bytes()
+        assert run.manifest["scene_sha256"] == hashlib.sha256(scene.read_bytes()).hexdigest()
+
+
+def test_the_loser_of_two_starts_hears_of_the_other(tmp_path, scene_file):
+    """The winner has the lock, and has written half of what makes a run directory."""
+    (tmp_path / "run").mkdir()
+    held = os.open(tmp_path / "run" / ".lock", os.O_CREAT | os.O_RDWR)
+    fcntl.flock(held, fcntl.LOCK_EX)
+    (tmp_path / "run" / "dimple").mkdir()
+    with pytest.raises(InputError, match="another peen is at work"):
+        make(tmp_path / "run", scene_file)
+    os.close(held)
 
 
 def test_one_process_at_a_time(tmp_path, scene_file):

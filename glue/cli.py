@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
+import os
 import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
 
 from glue import stopping
-from glue.errors import PeenError
+from glue.errors import InputError, PeenError
 
 _STAGE_COMMANDS = {
     "flow": "simulate the shot stream in YADE and log every impact",
@@ -45,7 +47,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         # A plain kill becomes an exception too, so that solvers are stopped and half-written files removed.
         with stopping.noticed():
-            return args.command(args)
+            code = args.command(args)
+            sys.stdout.flush()  # here, where a full disk can still be told
+            return code
     except PeenError as problem:
         _complain("\n".join([str(problem), *getattr(problem, "__notes__", [])]))
         return problem.exit_code
@@ -53,8 +57,23 @@ def main(argv: Sequence[str] | None = None) -> int:
         _complain("stopped; the same command goes on from the last complete stage")
         return 130
     except BrokenPipeError:  # `peen … | head`
-        sys.stderr.close()
+        _drop_output()
         return 1
+    except OSError as problem:
+        _drop_output()
+        place = os.fsdecode(problem.filename) if problem.filename else "a file or standard output"
+        sentence = f"{place}: cannot be read or written ({problem.strerror or problem}): disk full? permissions?"
+        _complain("\n".join([sentence, *getattr(problem, "__notes__", [])]))
+        return InputError.exit_code
+
+
+def _drop_output() -> None:
+    """Output that cannot be delivered must not fail a second time when the interpreter flushes it at its end."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        with contextlib.suppress(OSError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _complain(text: str) -> None:

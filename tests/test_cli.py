@@ -54,6 +54,7 @@ def test_json_is_all_of_stdout(stages, tmp_path, capsys):
         (SolverFailed("YADE failed", cause="a stub", advice="more care"), 3),
         (NotConverged("too coarse"), 4),
         (KeyboardInterrupt(), 130),
+        (OSError(28, "No space left on device"), 2),
     ],
 )
 def test_exit_code_tells_what_failed(stages, tmp_path, capsys, error, code):
@@ -62,7 +63,7 @@ def test_exit_code_tells_what_failed(stages, tmp_path, capsys, error, code):
     said = capsys.readouterr()
     assert said.out == ""
     if code != 130:
-        assert str(error) in said.err and str(tmp_path / "run") in said.err
+        assert getattr(error, "strerror", str(error)) in said.err and str(tmp_path / "run") in said.err
 
 
 @pytest.mark.parametrize(
@@ -151,6 +152,38 @@ def test_check_tells_numbers_choices_and_defaults(capsys):
     assert found["collision_number"]["pi"] == pytest.approx(
         6 * 0.01667 * 0.1 * 1.34 / (7800 * 1e-3 * 3.141592653589793 / 4 * 0.02**2 * 60 * 0.34), rel=1e-12
     )
+
+
+def test_the_first_error_is_told_when_the_failure_cannot_be_noted_down(
+    stages, tmp_path, capsys, monkeypatch
+):
+    stages(SolverFailed("YADE failed", cause="a stub"))
+
+    def full(self, stage, record):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("glue.study.rundir.RunDirectory.fail", full)
+    assert cli.main(["run", "al2024-s390", "--out", str(tmp_path / "run")]) == 3
+    said = capsys.readouterr().err
+    assert "YADE failed" in said and "could not be noted down either" in said and "No space left" in said
+
+
+@pytest.mark.parametrize("argv", [["check", "x" * 300], ["run", "x" * 300]])
+def test_a_name_that_no_file_can_have_is_bad_input(capsys, argv):
+    assert cli.main(argv) == 2
+    assert "File name too long" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="Linux only")
+@pytest.mark.parametrize("json_flag", [[], ["--json"]])
+def test_output_that_cannot_be_written_is_exit_2(json_flag):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "glue", "check", "al2024-s390", *json_flag],
+            stdout=full, stderr=subprocess.PIPE, text=True,
+        )  # fmt: skip
+    assert done.returncode == 2 and "disk full?" in done.stderr
+    assert "Traceback" not in done.stderr and "Exception ignored" not in done.stderr
 
 
 def test_the_module_is_the_command():

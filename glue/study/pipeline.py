@@ -204,10 +204,12 @@ def _run_one(folder: RunDirectory, stage: Stage, work: Work, record: dict[str, A
 
         try:
             metrics, outputs = stage.run(work)
-        except PeenError as problem:
-            folder.fail(
-                stage.name, {**record, **cost(), "exit_code": problem.exit_code, "error": str(problem)}
-            )
+        except (PeenError, OSError) as problem:
+            code = problem.exit_code if isinstance(problem, PeenError) else InputError.exit_code
+            try:
+                folder.fail(stage.name, {**record, **cost(), "exit_code": code, "error": str(problem)})
+            except (OSError, ValueError) as second:  # a full disk fails twice; the first error is the one to tell
+                problem.add_note(f"the failure could not be noted down either: {second}")
             problem.add_note(
                 f"stage {stage.name} of the run in {folder.path}; once mended, the same command goes on there"
             )

@@ -73,6 +73,8 @@ def rerun(path: Path, only: Sequence[str], progress: Progress, stages: Sequence[
     stages = _default_stages() if stages is None else stages
     wanted = _with_needs(only, stages)
     with RunDirectory.open(path) as folder:
+        if not folder.scene_file.is_file():
+            raise InputError(f"{folder.scene_file}: is gone; peen run SCENE --out {path} restores it")
         scene = read_scene(folder.scene_file, preset=folder.manifest["preset_argument"])
         if digest(resolved_dict(scene)) != folder.manifest["inputs_sha256"]:
             raise InputError(
@@ -138,7 +140,9 @@ def _builds_on(stage: Stage, stages: Sequence[Stage]) -> list[Stage]:
 
 
 def _run_stages(folder: RunDirectory, scene: Scene, wanted, stages, progress: Progress) -> None:
+    _refuse_damage(folder, wanted)
     _require_solvers(folder, wanted, stages)
+    folder.renew_metrics()  # stages read it, and so does whoever asked
     for stage in wanted:
         stopping.check()
         done = frozenset(n for n, r in folder.manifest["stages"].items() if r["state"] == "complete")
@@ -165,6 +169,20 @@ def _inputs(folder: RunDirectory, stage: Stage) -> dict:
         "versions": {name: versions[name] for name in stage.solvers},
         "upstream": {name: folder.outputs_digest(name) for name in (*stage.needs, *stage.uses)},
     }
+
+
+def _refuse_damage(folder: RunDirectory, wanted: Sequence[Stage]) -> None:
+    """Raise InputError when a stage would read files that were damaged and that are not its turn to be renewed."""
+    names = {s.name for s in wanted}
+    read = {n: None for s in wanted for n in s.uses if n not in names}
+    complete = [n for n in read if folder.manifest["stages"].get(n, {}).get("state") == "complete"]
+    problems = [
+        f"{folder.path / file}: is gone or not what stage {name} wrote; run `peen run` again on this directory"
+        for name in complete
+        for file in folder.damaged(name)
+    ]
+    if problems:
+        raise InputError(problems)
 
 
 def _require_solvers(folder: RunDirectory, wanted: Sequence[Stage], stages: Sequence[Stage]) -> None:

@@ -118,13 +118,22 @@ class RunDirectory:
                 [f"{path}: holds a run of other inputs, which would get mixed up; choose another --out"]
                 + [f"  {d}" for d in differences]
             )
+        if not run.scene_file.is_file() or file_digest(run.scene_file) != run.manifest["scene_sha256"]:
+            _write_bytes(run.scene_file, scene)  # the same inputs, as was just found
+            run.manifest["scene_sha256"] = file_digest(run.scene_file)
+            run._save()
         return run
 
     @classmethod
     def open(cls, path: Path) -> RunDirectory:
         """Open an existing run directory. Raises InputError when it is none, or of another schema."""
-        manifest = read_manifest(path)  # before the lock: a folder that is no run gets no file of ours
-        return cls(path, manifest, _lock(path))
+        read_manifest(path)  # before the lock: a folder that is no run gets no file of ours
+        lock = _lock(path)
+        try:
+            return cls(path, read_manifest(path), lock)  # again: another peen may just have ended
+        except BaseException:
+            os.close(lock)
+            raise
 
     @property
     def scene_file(self) -> Path:
@@ -135,8 +144,13 @@ class RunDirectory:
         record = self.manifest["stages"].get(stage)
         if record is None or record["state"] == "failed" or record["input_sha256"] != input_hash:
             return False
-        files = {name: self.path / name for name in record["outputs"]}
-        return all(p.is_file() and file_digest(p) == record["outputs"][name] for name, p in files.items())
+        return not self.damaged(stage)
+
+    def damaged(self, stage: str) -> list[str]:
+        """Names of the files of a completed stage that are gone or not what it wrote."""
+        outputs = self.manifest["stages"][stage]["outputs"]
+        files = {name: self.path / name for name in outputs}
+        return [name for name, p in files.items() if not (p.is_file() and file_digest(p) == outputs[name])]
 
     def keep(self, stage: str) -> None:
         """Note that ``stage``, found current, counts again if it had been put in doubt."""
@@ -194,9 +208,13 @@ class RunDirectory:
                         target.pop(f"{key}_reason", None)
         return merged
 
+    def renew_metrics(self) -> None:
+        """Write metrics.json as the manifest has it, whatever became of the file meanwhile."""
+        write_text_atomic(self.path / METRICS, _json(self.metrics()))
+
     def _save(self) -> None:
         write_text_atomic(self.path / MANIFEST, _json(self.manifest))
-        write_text_atomic(self.path / METRICS, _json(self.metrics()))
+        self.renew_metrics()
 
 
 def read_manifest(path: Path) -> dict:
@@ -217,7 +235,42 @@ def read_manifest(path: Path) -> dict:
         raise InputError(
             f"{path / MANIFEST}: schema {manifest.get('schema')!r}, this version reads {SCHEMA}; run anew"
         )
+    wrong = [key for key, kind in _KEYS.items() if not isinstance(manifest.get(key), kind)]
+    if not wrong:
+        wrong = [f"stages.{name}" for name, record in manifest["stages"].items() if not _is_record(record)]
+    if wrong:
+        raise InputError(
+            f"{path / MANIFEST}: is damaged ({', '.join(wrong)}); remove the directory and run again"
+        )
     return manifest
+
+
+# What a manifest must hold for everything that reads it to find it; None stands for "as the scene says".
+_KEYS = {
+    "scene": str,
+    "seed": int,
+    "choices": dict,
+    "defaults_used": list,
+    "preset_argument": str | None,
+    "inputs": dict,
+    "inputs_sha256": str,
+    "scene_sha256": str,
+    "stages": dict,
+}
+
+
+def _is_record(record: Any) -> bool:
+    """Is this what ``finish`` or ``fail`` wrote?"""
+    if not isinstance(record, dict):
+        return False
+    if record.get("state") == "failed":
+        return True
+    return (
+        record.get("state") in ("complete", "in doubt")
+        and isinstance(record.get("input_sha256"), str)
+        and all(isinstance(record.get(key), dict) for key in ("outputs", "metrics"))
+        and all(isinstance(values, dict) for values in record["metrics"].values())
+    )
 
 
 def _write_bytes(path: Path, content: bytes) -> None:

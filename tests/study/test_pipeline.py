@@ -340,3 +340,38 @@ def test_a_scene_may_come_through_a_pipe(stubs, tmp_path):
     pipeline.run(str(pipe), tmp_path / "run", stages=stubs.stages)
     writer.join()
     assert (tmp_path / "run" / "scene.toml").read_bytes() == content
+
+
+@pytest.mark.parametrize("content", ["", "{", '{"schema": 1, "a": {"value": 99}}'])
+def test_damaged_metrics_are_written_anew(stubs, tmp_path, content):
+    out = tmp_path / "run"
+    stubs.go(out)
+    good = (out / "metrics.json").read_bytes()
+    (out / "metrics.json").write_text(content)
+    assert stubs.go(out) == [] and (out / "metrics.json").read_bytes() == good
+    (out / "metrics.json").write_text(content)
+    pipeline.rerun(out, ["d"], lambda *told: None, stubs.stages)
+    assert (out / "metrics.json").read_bytes() == good
+
+
+@pytest.mark.parametrize("damage", [lambda p: p.unlink(), lambda p: p.write_text("half")])
+def test_a_report_of_damaged_files_is_refused_until_they_are_made_again(stubs, tmp_path, damage):
+    out = tmp_path / "run"
+    stubs.go(out)
+    damage(out / "b.txt")
+    stubs.ran.clear()
+    with pytest.raises(InputError, match=r"b\.txt: is gone or not what stage b wrote; run `peen run` again"):
+        pipeline.rerun(out, ["d"], lambda *told: None, stubs.stages)
+    assert stubs.ran == [] and (out / "d.txt").exists()
+    assert stubs.go(out) == ["b"]
+    pipeline.rerun(out, ["d"], lambda *told: None, stubs.stages)
+
+
+def test_a_run_without_its_scene_says_what_restores_it(stubs, tmp_path):
+    out = tmp_path / "run"
+    stubs.go(out)
+    (out / "scene.toml").unlink()
+    with pytest.raises(InputError, match=r"scene\.toml: is gone; peen run SCENE --out"):
+        pipeline.rerun(out, ["c"], lambda *told: None, stubs.stages)
+    assert stubs.go(out) == []
+    pipeline.rerun(out, ["c"], lambda *told: None, stubs.stages)

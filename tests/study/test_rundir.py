@@ -19,7 +19,7 @@ def scene_file(tmp_path):
 
 
 def make(path, scene_file, **resolved):
-    facts = {"scene": "s", "seed": 1}
+    facts = {"scene": "s", "seed": 1, "choices": {}, "defaults_used": []}
     return RunDirectory.create_or_continue(
         path, scene=scene_file.read_bytes(), preset=None, resolved=resolved, facts=facts
     )
@@ -99,11 +99,45 @@ def test_one_process_at_a_time(tmp_path, scene_file):
     make(tmp_path / "run", scene_file).__exit__()  # free again
 
 
-@pytest.mark.parametrize("content", ["{", "[]", '{"schema": 99}'])
+@pytest.mark.parametrize("content", ["", "{", "[]", '{"schema": 99}', '{"schema": 1}'])
 def test_a_damaged_or_later_manifest_is_refused(tmp_path, content):
     (tmp_path / "manifest.json").write_text(content)
     with pytest.raises(InputError, match=r"manifest\.json"):
         RunDirectory.open(tmp_path)
+
+
+@pytest.mark.parametrize("key", ["scene", "seed", "choices", "inputs", "inputs_sha256", "scene_sha256", "stages"])
+def test_a_manifest_without_what_it_must_hold_is_refused(tmp_path, scene_file, key):
+    make(tmp_path / "run", scene_file).__exit__()
+    manifest = json.loads((tmp_path / "run" / "manifest.json").read_text())
+    del manifest[key]
+    (tmp_path / "run" / "manifest.json").write_text(json.dumps(manifest))
+    with pytest.raises(InputError, match=f"manifest.json: is damaged .{key}."):
+        make(tmp_path / "run", scene_file)
+
+
+@pytest.mark.parametrize("record", [None, {}, {"state": "complete"}, {"state": "complete", "input_sha256": "x"}])
+def test_a_damaged_record_of_a_stage_is_refused(tmp_path, scene_file, record):
+    make(tmp_path / "run", scene_file).__exit__()
+    manifest = json.loads((tmp_path / "run" / "manifest.json").read_text())
+    manifest["stages"]["flow"] = record
+    (tmp_path / "run" / "manifest.json").write_text(json.dumps(manifest))
+    with pytest.raises(InputError, match="is damaged .stages.flow."):
+        RunDirectory.open(tmp_path / "run")
+
+
+@pytest.mark.parametrize("damage", [lambda p: p.unlink(), lambda p: p.write_text("half")])
+def test_a_lost_copy_of_the_scene_is_restored(tmp_path, scene_file, damage):
+    make(tmp_path / "run", scene_file).__exit__()
+    damage(tmp_path / "run" / "scene.toml")
+    scene_file.write_text("# a word more\nschema = 1\n")  # the same inputs
+    with make(tmp_path / "run", scene_file) as run:
+        assert run.scene_file.read_bytes() == scene_file.read_bytes()
+    manifest = json.loads((tmp_path / "run" / "manifest.json").read_text())
+    assert manifest["scene_sha256"] == hashlib.sha256(scene_file.read_bytes()).hexdigest()
+    scene_file.write_text("schema = 1\n")
+    with make(tmp_path / "run", scene_file) as run:  # a copy that is whole stays
+        assert run.scene_file.read_text() == "# a word more\nschema = 1\n"
 
 
 def test_complete_means_same_inputs_and_untouched_files(tmp_path, scene_file):

@@ -16,6 +16,7 @@ _STEPS_PER_CONTACT, _STEP_S = 29.0, 29e-6
 _CELL_S = 54.0 / (41 * 14592 * 3)
 # A guess of the restitution until a dimple is computed: a rigid 1 mm steel shot on 2024 at 60 m/s.
 _RESTITUTION_GUESS = 0.34
+_FEW_IMPACTS = 5.0  # below, one impact more or less changes the target's exposure by a fifth and more
 
 
 def check(scene: Scene) -> dict:
@@ -26,11 +27,13 @@ def check(scene: Scene) -> dict:
     radius = estimated_dimple_radius_m(shots, nozzle.normal_speed_m_s, target.material)
     per_area = scene.expected_shots / nozzle.footprint_area_m2
     hits = math.pi * radius**2 * per_area
+    in_cell = per_area * (scene.accuracy.cell_side_in_radii * radius) ** 2
     return {
         "name": scene.name,
         "run_directory": str(default_out(scene)),
         "expected_shots": scene.expected_shots,
         "expected_impacts_in_window": per_area * target.window_area_m2,
+        "expected_impacts_in_cell": in_cell,
         "mass_flow_kg_s": nozzle.mass_flow_kg_s,
         "shot_energy_J": 0.5 * shots.mean_mass_kg * nozzle.speed_m_s**2,
         "solids_fraction_of_jet": volume_fraction(shots, nozzle),
@@ -42,10 +45,20 @@ def check(scene: Scene) -> dict:
         "coverage_estimate": -math.expm1(-hits),
         "flow_cost_estimate_s": _flow_cost_s(scene, restitution),
         "target_cost_estimate_s": _target_cost_s(scene.accuracy, per_area, radius),
+        "warnings": _warnings(in_cell),
         "choices": choices(scene),
         "accuracy": vars(scene.accuracy),
         "defaults_used": list(scene.defaults_used),
     }
+
+
+def _warnings(in_cell: float) -> list[str]:
+    if in_cell >= _FEW_IMPACTS:
+        return []
+    return [
+        f"only {in_cell:.2g} impacts are expected in the target's cell: its stress is that of chance, or null when none"
+        " falls into the window; a longer exposure_time_s makes it mean something"
+    ]
 
 
 def _flow_cost_s(scene: Scene, restitution: float) -> float:
@@ -88,6 +101,7 @@ def check_text(scene: Scene) -> str:
         f" below .01 shots hardly meet), with restitution {e:g} ({source})",
         f"  flow in YADE               about {_duration(c['flow_cost_estimate_s'])} on one core",
         f"  target in FreeFEM          about {_duration(c['target_cost_estimate_s'])} on one core",
+        *(f"  warning                    {text}" for text in c["warnings"]),
         "",
         "What will be modelled",
         *(f"  {stage:<11} {choice['model']:<14} {choice['why']}" for stage, choice in c["choices"].items()),

@@ -13,6 +13,7 @@ from glue.meshes import write_triangles
 from glue.solvers import build_plugin
 from glue.study.results import load_dimple, load_impacts, write_columns
 from glue.study.stage import Stage, Work
+from glue.study.unpeened import impacts_to_solve, unpeened
 from glue.surface.coverage import coverage_history, dimple_semi_axes, time_to
 from glue.surface.roughness import areal
 from glue.surface.stamp import height_map
@@ -157,10 +158,11 @@ def coverage_stage(work: Work) -> tuple[dict, list[str]]:
 
 def target_stage(work: Work) -> tuple[dict, list[str]]:
     """Residual stress under the logged impacts."""
+    impacts, dimple = load_impacts(work.path), load_dimple(work.path)
+    if not impacts_to_solve(work.scene, impacts, dimple):
+        return unpeened(work.scene), []
     ready_kernels()
-    cell = solve_cell(
-        work.scene, load_impacts(work.path), load_dimple(work.path), work.path / "target", work.progress
-    )
+    cell = solve_cell(work.scene, impacts, dimple, work.path / "target", work.progress)
     profile = part_profile(cell, work.scene.target.thickness_m)
     write_columns(work.path / "stress_profile.csv", **profile)
     stress = profile_metrics(profile["depth_m"], 0.5 * (profile["sigma_xx_Pa"] + profile["sigma_yy_Pa"]))
@@ -218,7 +220,9 @@ def report_stage(work: Work) -> tuple[dict, list[str]]:
     """Figures and the page that holds them, of what there is."""
     from glue.report.page import write_report  # here: only this stage needs pyvista and matplotlib
 
-    return {}, write_report(work.path, work.scene, work.complete)
+    # A target that nothing struck is complete without a profile to draw.
+    profile = (work.path / "stress_profile.csv").exists()
+    return {}, write_report(work.path, work.scene, work.complete if profile else work.complete - {"target"})
 
 
 def plain(values: dict) -> dict:
@@ -239,7 +243,7 @@ def _mean_cubed_radius(shots) -> float:
 
 
 _SCENE = ("glue/scene/*.py",)
-_STAGES = ("glue/study/stages.py",)
+_STAGES = ("glue/study/stages.py", "glue/study/unpeened.py")
 _KERNELS = ("freefem/lib/law_script.idp", "freefem/plugin/*")
 _AXISYM = ("freefem/single_impact.edp", "freefem/lib/*axisym*.idp")
 _CELL = ("cell.edp", "lib/anderson.idp", "lib/contact_lcp.idp", "lib/output_cell.idp", "lib/points_small*.idp")

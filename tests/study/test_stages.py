@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from types import SimpleNamespace
 
@@ -12,6 +13,7 @@ from glue.errors import InputError
 from glue.flow.impacts import COLUMNS
 from glue.scene.reader import example_path, read_scene
 from glue.study import stages
+from glue.study.check import check, check_text
 from glue.study.stage import Work
 
 RADIUS = 0.5e-3
@@ -88,3 +90,54 @@ def test_values_that_are_not_finite_become_null_with_a_reason():
     assert stages.plain({"a": np.float64(1.5), "b": math.inf, "c": None, "d": "x", "e": np.int64(3)}) == {
         "a": 1.5, "b": None, "b_reason": "came out as inf", "c": None, "d": "x", "e": 3,
     }  # fmt: skip
+
+
+def test_a_target_that_nothing_strikes_is_null_with_reasons(work, tmp_path, monkeypatch):
+    """Beside the window, and in its rim outside the cells: no solver is started, and the report goes on."""
+    monkeypatch.setattr(stages, "ready_kernels", lambda: pytest.fail("nothing to solve"))
+    for rows in ([], [(0.5, 0.0021)], [(0.5, 0.0019)]):  # window 4 x 4 mm, one cell of 4.8 x .5 = 2.4 mm
+        metrics, files = stages.target_stage(work(rows))
+        assert files == [] and metrics["target"]["impacts"] == 0
+        for section, key in (("residual_stress", "surface_Pa"), ("coverage", "peeq_final"), ("target", "exposure")):
+            assert metrics[section][key] is None and "no impact" in metrics[section][f"{key}_reason"]
+    drawn = []
+    monkeypatch.setattr("glue.report.page.write_report", lambda path, scene, complete: drawn.append(complete) or [])
+    job = dataclasses.replace(work([]), complete=frozenset({"dimple", "flow", "target"}))
+    stages.report_stage(job)
+    (tmp_path / "stress_profile.csv").write_text("")
+    stages.report_stage(job)
+    assert drawn == [{"dimple", "flow"}, {"dimple", "flow", "target"}]
+
+
+def test_an_unpeened_target_reports_what_a_peened_one_does(work, monkeypatch):
+    layers = {name: np.linspace(-3.0, 1.0, 5) for name in ("sigma_xx_Pa", "sigma_yy_Pa", "sigma_xx_std_Pa")}
+    layers |= {name: np.ones(5) for name in ("sigma_yy_std_Pa", "peeq", "peeq_std")}
+    patch = SimpleNamespace(exposure=1.0, window_exposure=1.0, neglected_energy_share=0.0)
+    cell = SimpleNamespace(
+        depth_m=np.arange(5) * 1e-4, **layers, patch=patch, coverage_peeq=0.5, coverage_peeq_027=0.5, impacts=1,
+        edge_threshold=0.1, balance_error=0.0, nominal_depth_error=0.0, nominal_force_error=0.0, dofs=9, wall_s=1.0,
+        surface_z_m=np.zeros(4), floor_m=1e-3,
+    )  # fmt: skip
+    monkeypatch.setattr(stages, "ready_kernels", lambda: None)
+    monkeypatch.setattr(stages, "solve_cell", lambda *args: cell)
+    peened, files = stages.target_stage(work([(0.5, 0.0)]))
+    unpeened, _ = stages.target_stage(work([]))
+    assert files == ["stress_profile.csv", "target/driver.edp"]
+
+    def keys(metrics):
+        return {s: {k for k in v if not k.endswith("_reason")} for s, v in metrics.items()}
+
+    assert keys(unpeened) == keys(peened)
+
+
+def test_check_warns_of_a_cell_that_hardly_anything_strikes():
+    scene = read_scene(example_path("al2024-s390"))
+    enough = check(scene)
+    # impacts per area of the footprint (all shots over pi/4 W^2 at 90 degrees) times the cell of 4.8 radii
+    side = 4.8 * enough["dimple_radius_estimate_m"]
+    wanted = scene.expected_shots / scene.nozzle.footprint_area_m2 * side**2
+    assert enough["expected_impacts_in_cell"] == pytest.approx(wanted, rel=1e-12)
+    assert enough["warnings"] == []
+    few = dataclasses.replace(scene, exposure_time_s=scene.exposure_time_s * 4.9 / wanted)
+    assert "only 4.9 impacts are expected in the target's cell" in check(few)["warnings"][0]
+    assert "warning " in check_text(few) and "warning " not in check_text(scene)

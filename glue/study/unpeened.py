@@ -1,0 +1,36 @@
+"""What the target stage reports when the shots missed the window: nothing to solve, yet no reason to stop."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from glue.scene.model import Scene
+from glue.target.dimple import Dimple
+
+
+def impacts_to_solve(scene: Scene, impacts: np.ndarray, dimple: Dimple) -> int:
+    """How many impacts fall into the cells that tile the window's middle, of which the target stage solves one."""
+    side = scene.accuracy.cell_side_in_radii * dimple.radius_m
+    half = [0.5 * side * (w // side) for w in scene.target.window_m]
+    return int(((abs(impacts["x_m"]) <= half[0]) & (abs(impacts["y_m"]) <= half[1])).sum())
+
+
+def unpeened(scene: Scene) -> dict:
+    """The target's sections of metrics.json when nothing struck the window: null, with the reason."""
+    nothing = "no impact inside the window's cells; a longer exposure_time_s is needed"
+
+    def unknown(*keys: str) -> dict:
+        return {key: None for key in keys} | {f"{key}_reason": nothing for key in keys}
+
+    return {
+        "target": {"model": scene.models.target.model, "impacts": 0, "dofs": 0, "wall_s": 0.0}
+        | unknown(
+            "exposure", "window_exposure", "neglected_energy_share", "balance_error", "nominal_depth_error",
+            "nominal_force_error", "cell_Sa_m",
+        ),
+        "residual_stress": unknown(
+            "surface_Pa", "max_compressive_Pa", "max_compressive_depth_m", "compressive_depth_m", "tenth_depth_m",
+            "force_balance_N_m", "force_balance_relative",
+        ),
+        "coverage": unknown("peeq_final", "peeq_threshold", "peeq_027_final"),
+    }  # fmt: skip

@@ -11,7 +11,6 @@ import fcntl
 import hashlib
 import json
 import os
-import shutil
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -169,18 +168,21 @@ class RunDirectory:
         return digest([record["outputs"], metrics])
 
     def begin(self, stage: str, later: Iterable[str], owned: Iterable[str]) -> None:
-        """Forget ``stage`` and remove the files it ``owned``; put the stages ``later`` built on it in doubt.
+        """Forget ``stage`` and remove its files; put the stages ``later`` built on it in doubt.
 
-        A doubted stage is out of metrics.json until its own turn, when it is kept or run again.
+        Of the folders among ``owned`` only what the stage's record lists and unfinished files (.part) go: the
+        user's own files in them stay. A doubted stage is out of metrics.json until its own turn, when it is kept or run again.
         """
-        self.manifest["stages"].pop(stage, None)
+        written = self.manifest["stages"].pop(stage, {}).get("outputs", {})
         for name in later:
             if self.manifest["stages"].get(name, {}).get("state") == "complete":
                 self.manifest["stages"][name]["state"] = "in doubt"
         self._save()
-        for name in owned:
-            target = self.path / name
-            shutil.rmtree(target) if target.is_dir() else target.unlink(missing_ok=True)
+        places = [self.path / name for name in owned]
+        unfinished = [part for place in places if place.is_dir() for part in place.rglob("*.part")]
+        for file in (*(self.path / name for name in written), *places, *unfinished):
+            if file.is_file() or file.is_symlink():
+                file.unlink()
 
     def finish(self, stage: str, record: dict, outputs: Iterable[str]) -> None:
         """Note ``stage`` as complete with the files ``outputs`` (relative names), and renew metrics.json."""

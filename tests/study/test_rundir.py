@@ -167,6 +167,18 @@ def test_beginning_a_stage_removes_its_files_and_doubts_what_builds_on_it(tmp_pa
         assert run.metrics() == {"schema": 1, "dimple": {"value": 1}, "coverage": {"value": 1}}
 
 
+def test_a_users_own_files_in_a_stages_folder_stay(tmp_path, scene_file):
+    with make(tmp_path / "run", scene_file) as run:
+        folder = run.path / "flow"
+        (folder / "notes").mkdir(parents=True)
+        for name in ("impacts.csv", "mine.ods", "notes/impacts.csv", "half.csv.part", "notes/x.part"):
+            (folder / name).write_text("x")
+        run.finish("flow", {"input_sha256": "h", "metrics": {}}, ["flow/impacts.csv"])
+        run.begin("flow", [], ["flow"])
+        left = sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*"))
+        assert left == ["mine.ods", "notes", "notes/impacts.csv"]
+
+
 def test_a_later_stage_replaces_a_value_and_its_reason(tmp_path, scene_file):
     with make(tmp_path / "run", scene_file) as run:
         # finished out of order: the order of the way of the data decides, not that of time

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import io
 import json
 import os
 import sys
@@ -13,6 +14,7 @@ from pathlib import Path
 
 from glue import stopping
 from glue.errors import InputError, PeenError
+from glue.target.cache import cache_root
 
 _STAGE_COMMANDS = {
     "flow": "simulate the shot stream in YADE and log every impact",
@@ -43,7 +45,12 @@ exit codes: 0 done, 2 bad input, 3 a solver failed, 4 a solver did not converge,
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # an ASCII terminal gets "?" for "µ", not a traceback
     args = _parser().parse_args(argv)
+    # Else numba, where neither the checkout nor the home is writable, refuses to be imported.
+    os.environ.setdefault("NUMBA_CACHE_DIR", str(cache_root() / "numba"))
     try:
         # A plain kill becomes an exception too, so that solvers are stopped and half-written files removed.
         with stopping.noticed():

@@ -74,7 +74,9 @@ def test_exit_code_tells_what_failed(stages, tmp_path, capsys, error, code):
         (["check", "al2024-s390", "--accuracy", "bset"], "accuracy"),
         (["run", "al2024-s390", "--only", "flo"], "no stage flo"),
         (["report", "nonesuch"], "no run directory"),
-        (["dimple", "--material", "al2024-t351", "--speed", "nan"], "1..300 m/s"),
+        (["dimple", "--material", "al2024-t351", "--speed", "nan"], "0.5..300 m/s"),
+        (["dimple", "--material", "al2024-t351", "--speed", "0.49"], "0.5..300 m/s"),
+        (["dimple", "--material", "al2024-t351", "--speed", "0.5", "--diameter", "1"], "peen: --diameter"),
         (
             ["dimple", "--material", "al2024-t351", "--speed", "60", "--diameter", "1"],
             "metres, not millimetres",
@@ -129,6 +131,38 @@ def test_a_failing_solver_is_told_with_log_and_run_directory(
     assert record["processes"][0]["exit_code"] == (8 if exit_code == 3 else 0)
     assert cli.main(["report", str(run), "--json"]) == 0  # a report of nothing is still one
     assert json.loads(capsys.readouterr().out) == {"schema": 1}
+
+
+def test_a_terminal_without_the_letters_gets_question_marks(tmp_path):
+    import os
+
+    env = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    argv = [sys.executable, "-m", "glue", "check", "al2024-s390"]
+    done = subprocess.run(argv, capture_output=True, env=env)
+    assert done.returncode == 0, done.stderr
+    assert b" ?m (estimate" in done.stdout and done.stdout.isascii()
+
+
+def test_numba_finds_a_place_for_its_code(stages, monkeypatch, tmp_path):
+    import os
+
+    monkeypatch.setenv("PEEN_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "")  # so that it is restored afterwards
+    monkeypatch.delenv("NUMBA_CACHE_DIR")
+    assert cli.main(["check", "al2024-s390"]) == 0
+    assert os.environ["NUMBA_CACHE_DIR"] == str(tmp_path / "cache" / "numba")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "mine")
+    cli.main(["check", "al2024-s390"])
+    assert os.environ["NUMBA_CACHE_DIR"] == "mine"
+
+
+def test_a_folder_of_an_examples_name_does_not_hide_it(monkeypatch, tmp_path, capsys):
+    (tmp_path / "al2024-s390").mkdir()
+    (tmp_path / "other").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["check", "al2024-s390"]) == 0
+    assert cli.main(["check", "other"]) == 2
+    assert "other: is a folder, not a scene file" in capsys.readouterr().err
 
 
 def test_every_problem_of_a_scene_is_told_at_once(tmp_path, capsys):

@@ -66,7 +66,10 @@ def run_freefem(
         )
     if first != "ok":
         raise _failed(
-            driver.name, log, f"{status.name} begins with {first!r} instead of 'ok'", "read the log"
+            driver.name,
+            log,
+            f"{status.name} begins with {first!r} instead of 'ok'",
+            "read the log" if first else f"is the disk full ({status.parent})? then the log",
         )
     if _NOT_FINITE.search(rest):
         raise _failed(

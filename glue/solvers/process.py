@@ -70,7 +70,7 @@ def run(
     log.parent.mkdir(parents=True, exist_ok=True)
     start = time.monotonic()
     with open(log, "wb") as log_file:
-        log_file.write(_as_typed(argv, cwd, env).encode() + b"\n")
+        log_file.write(os.fsencode(_as_typed(argv, cwd, env)) + b"\n")  # a path need not be UTF-8
         log_file.flush()
         child = subprocess.Popen(
             _wrapped(argv, line_buffered), cwd=cwd, env=dict(env), stdin=subprocess.DEVNULL,

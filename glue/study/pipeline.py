@@ -21,9 +21,11 @@ Progress = Callable[[str, float | None, str], None]
 def find_scene(argument: str) -> Path:
     """Path of a scene given as a file or as the name of a shipped example. Raises InputError."""
     path = Path(argument)
-    if path.exists():
+    if path.exists() and not path.is_dir():  # a folder of an example's name does not hide the example
         return path
     shipped = example_path(argument)
+    if shipped is None and path.is_dir():
+        raise InputError(f"{argument}: is a folder, not a scene file")
     if shipped is None:
         raise InputError(
             f"{argument}: no such scene file, nor a shipped example ({', '.join(example_names())})"

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import tempfile
 from pathlib import Path
 
 from glue.errors import InputError
-from glue.scene import catalogue
+from glue.scene import catalogue, schema
 from glue.scene.presets import DEFAULT_PRESET, PRESETS
 from glue.study.stages import dimple_metrics, ready_kernels
 from glue.target.dimple import solve_dimple
@@ -22,8 +21,9 @@ def single_dimple(
     a value out of range, SolverFailed or NotConverged.
     """
     problems = []
-    if not (math.isfinite(speed_m_s) and 1.0 <= speed_m_s <= 300.0):
-        problems.append(f"--speed {speed_m_s:g}: must lie in 1..300 m/s")
+    speed = schema.NOZZLE["speed_m_s"].problem(speed_m_s)  # what a scene allows
+    if speed:
+        problems.append(f"--speed: {speed}")
     if diameter_m is not None and not 1e-5 <= diameter_m <= 1e-2:
         problems.append(f"--diameter {diameter_m:g}: must lie in 1e-5..1e-2 m (metres, not millimetres)")
     if preset is not None and preset not in PRESETS:

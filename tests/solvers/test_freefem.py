@@ -86,7 +86,8 @@ def test_arguments_and_environment(run, tmp_path):
         ("os.kill(os.getpid(), signal.SIGKILL)", "killed by signal 9 (SIGKILL)", "memory"),
         ("os.kill(os.getpid(), signal.SIGSEGV)", "killed by signal 11 (SIGSEGV)", "doctor"),
         ("pass", "exit code 0, but it did not write status", "how far"),
-        ("Path('status').write_text('')", "begins with ''", "log"),
+        ("Path('status').write_text('')", "begins with ''", "disk full"),
+        ("Path('status').write_text('okay')", "begins with 'okay'", "log"),
         ("Path('status').write_text('ok\\nforce nan\\n')", "not finite", "smaller step"),
         ("Path('status').write_text('ok\\nforce -inf\\n')", "not finite", "smaller step"),
         (

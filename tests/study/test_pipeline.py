@@ -17,7 +17,7 @@ from glue import stopping
 from glue.atomic import write_text_atomic
 from glue.errors import InputError, NotConverged, SolverFailed
 from glue.scene.reader import example_path
-from glue.solvers import repo_root
+from glue.solvers import process, repo_root
 from glue.study import pipeline
 from glue.study.stage import Stage
 
@@ -375,3 +375,16 @@ def test_a_run_without_its_scene_says_what_restores_it(stubs, tmp_path):
         pipeline.rerun(out, ["c"], lambda *told: None, stubs.stages)
     assert stubs.go(out) == []
     pipeline.rerun(out, ["c"], lambda *told: None, stubs.stages)
+
+
+def test_a_directory_whose_name_is_not_utf_8(tmp_path):
+    """The log's first line names it, byte for byte."""
+    out = tmp_path / os.fsdecode(b"bad\xff")
+
+    def run(work):
+        process.run([sys.executable, "-c", "print(1)"], cwd=work.path, log=work.path / "log", env=os.environ)
+        return {}, ["log"]
+
+    pipeline.run("al2024-s390", out, stages=(Stage("a", (), (), ("log",), run),))
+    assert b"bad\xff" in (out / "log").read_bytes().splitlines()[0]
+    assert manifest(out)["stages"]["a"]["state"] == "complete"

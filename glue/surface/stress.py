@@ -14,7 +14,8 @@ def profile_metrics(depth_m, sigma_Pa) -> dict:
 
     surface_Pa: the value at depth 0, else extrapolated on the line through the first two points.
     max_compressive_Pa (negative), max_compressive_depth_m: vertex of the parabola through the lowest point
-    and its two neighbours (any spacing); the lowest point itself at an end of the profile.
+    and its two neighbours (any spacing); the lowest point itself at an end of the profile.  An extrapolated
+    surface that is lower still counts as a point of the profile, for the following depths too.
     compressive_depth_m: where the stress, below its minimum, first turns to tension, by linear interpolation; not
     where it only fades, never rising above FADING of the largest compression.
     tenth_depth_m: where it has first fallen to a tenth of the largest compression.
@@ -25,8 +26,15 @@ def profile_metrics(depth_m, sigma_Pa) -> dict:
     """
     z, sigma = np.asarray(depth_m, dtype=float), np.asarray(sigma_Pa, dtype=float)
     _check(z, sigma)
-    result = {"surface_Pa": _surface(z, sigma)}
+    surface = _surface(z, sigma)
+    result = {"surface_Pa": surface}
+    force = _trapezoid(sigma, z)
+    # |sigma| of a polygon, exactly: the trapezoid rule with the crossings put in
+    z_all, sigma_all = _with_crossings(z, sigma)
+    gross = _trapezoid(np.abs(sigma_all), z_all)
     lowest = int(np.argmin(sigma))
+    if z[0] > 0.0 and surface < _vertex(z, sigma, lowest)[1]:
+        z, sigma, lowest = np.r_[0.0, z], np.r_[surface, sigma], 0
     if sigma[lowest] >= 0.0:
         reason = "no compressive stress anywhere in the profile"
         for key in ("max_compressive_Pa", "max_compressive_depth_m", "compressive_depth_m", "tenth_depth_m"):
@@ -36,10 +44,6 @@ def profile_metrics(depth_m, sigma_Pa) -> dict:
         result |= {"max_compressive_Pa": stress, "max_compressive_depth_m": depth}
         result |= _sign_change(z, sigma, lowest)
         result |= _crossing("tenth_depth_m", z, sigma, lowest, 0.1 * sigma[lowest])
-    force = _trapezoid(sigma, z)
-    # |sigma| of a polygon, exactly: the trapezoid rule with the crossings put in
-    z_all, sigma_all = _with_crossings(z, sigma)
-    gross = _trapezoid(np.abs(sigma_all), z_all)
     result |= {"force_balance_N_m": force, "force_balance_relative": force / gross if gross > 0.0 else 0.0}
     return result
 

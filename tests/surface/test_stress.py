@@ -104,3 +104,27 @@ def test_a_stress_that_only_fades_has_no_sign_change():
 def test_depth_at_a_tenth_of_the_largest_compression():
     got = profile_metrics([0.0, 1.0, 2.0, 3.0], [-50.0, -100.0, -20.0, 0.0])
     assert got["tenth_depth_m"] == pytest.approx(2.5)
+
+
+def test_an_extrapolated_surface_may_be_the_most_compressed():
+    # the line through (1, -120) and (2, -89) meets the surface at -151; a tenth of it at 2 + (89 - 15.1) / 89
+    found = profile_metrics([1.0, 2.0, 3.0, 4.0], [-120.0, -89.0, 0.0, 10.0])
+    assert found["surface_Pa"] == found["max_compressive_Pa"] == pytest.approx(-151.0, rel=1e-12)
+    assert found["max_compressive_depth_m"] == 0.0
+    assert found["tenth_depth_m"] == pytest.approx(2.0 + (89.0 - 15.1) / 89.0, rel=1e-12)
+    assert found["compressive_depth_m"] == 3.0
+    # the balance is that of the rows: -104.5 - 44.5 + 5, over the same with its signs turned
+    assert found["force_balance_N_m"] == pytest.approx(-144.0, rel=1e-12)
+    assert found["force_balance_relative"] == pytest.approx(-144.0 / 154.0, rel=1e-12)
+
+
+def test_compression_at_the_extrapolated_surface_alone_is_compression():
+    found = profile_metrics([1.0, 2.0, 3.0], [1.0, 5.0, 0.0])
+    assert (found["max_compressive_Pa"], found["max_compressive_depth_m"]) == (-3.0, 0.0)
+    assert found["compressive_depth_m"] == pytest.approx(0.75, rel=1e-12)
+
+
+def test_a_deeper_minimum_between_the_rows_stays_the_largest():
+    found = profile_metrics([1.0, 2.0, 3.0], [-10.0, -10.5, 0.0])
+    assert found["surface_Pa"] == -9.5 > found["max_compressive_Pa"]
+    assert found["max_compressive_depth_m"] > 1.0

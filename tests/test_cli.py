@@ -220,6 +220,30 @@ def test_output_that_cannot_be_written_is_exit_2(json_flag):
     assert "Traceback" not in done.stderr and "Exception ignored" not in done.stderr
 
 
+def test_an_interrupt_during_the_imports_is_quiet(monkeypatch, capsys):
+    import builtins
+
+    from glue.__main__ import main
+
+    def interrupted(name, *args, **kwargs):
+        if name == "glue.cli":
+            raise KeyboardInterrupt
+        return real(name, *args, **kwargs)
+
+    real = builtins.__import__
+    monkeypatch.setattr(builtins, "__import__", interrupted)
+    assert main() == 130
+    monkeypatch.undo()
+    assert capsys.readouterr() == ("", "")
+
+
+def test_the_installed_command_is_the_module():
+    import tomllib
+
+    project = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())["project"]
+    assert project["scripts"] == {"peen": "glue.__main__:main"}
+
+
 def test_the_module_is_the_command():
     done = subprocess.run([sys.executable, "-m", "glue", "--help"], capture_output=True, text=True)
     assert done.returncode == 0 and "examples:" in done.stdout and "exit codes:" in done.stdout

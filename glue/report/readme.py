@@ -66,7 +66,7 @@ def verification_table(folder: Path) -> str:
         lines.append(f"| **{record['check']}** | **{passed}/{len(record['rows'])}** | | |")
         if path.stem == "freefem":
             lines += [
-                f"| {row['name']} | {row['value']:.4g} | {row['limit']} | {'pass' if row['passed'] else '**FAIL**'} |"
+                f"| {row['name'].replace('|', chr(92) + '|')} | {row['value']:.4g} | {row['limit']} | {'pass' if row['passed'] else '**FAIL**'} |"
                 for row in record["rows"]
             ]
     if len(lines) == 2:

@@ -81,16 +81,6 @@ def contact_modulus_Pa(a: Solid, b: Solid) -> float:
     return hertz.effective_modulus_Pa(a.E_Pa, a.nu, b.E_Pa, b.nu)
 
 
-def shot_contact_time_s(diameter_m: float, shot: Solid, closing_speed_m_s: float) -> float:
-    """Hertz's duration [s] of the collision of two equal shots: half the mass, half the radius.
-
-    Half the mass on half the radius is a sphere of R/2 and four times the density on a half-space.
-    """
-    return hertz.impact(
-        0.25 * diameter_m, 4.0 * shot.density_kg_m3, closing_speed_m_s, contact_modulus_Pa(shot, shot)
-    ).contact_time_s
-
-
 def build(shot: Solid, target: Solid, shot_target: Law, shot_shot: Law, *, dt_s: float, sweep_m: float):
     """Empty the simulation; set materials, target plane z = 0 (body 0), engines; returns the shots' material.
 

@@ -13,18 +13,19 @@ from contact_model import (
     Solid,
     calibrate,
     check_restitution,
-    contact_modulus_Pa,
     p_wave_step_s,
-    shot_contact_time_s,
 )
 from glue.errors import InputError
 from glue.flow.arrivals import largest_diameter_m, smallest_diameter_m
-from glue.theory import hertz
+from glue.scene.consistency import (
+    MAX_OVERLAP,
+    MIN_STEPS_PER_CONTACT,
+    elastic_overlap,
+    steps_per_contact,
+)
 from impact_logger import ENERGY_TOLERANCE
 
 MAX_DT_OVER_P = 1.5  # at 2 the elastic energy drifts by .5 %, at 4.4 by 24 %
-MIN_STEPS_PER_CONTACT = 9.0  # shot on shot at dt = 1.0 P: 13.7 at 60 m/s, 12 at twice the speed
-MAX_OVERLAP = 0.3  # of the radius; beyond, the contact law means nothing
 
 
 class Plan(NamedTuple):
@@ -71,27 +72,21 @@ def plan_run(scene, restitution: float, dt_over_P: float, *, guarded: bool = Tru
             f"nozzle: the lower edge of its exit is {lowest:.4g} m above the target; must be more than the"
             f" largest shot ({large:.4g} m): raise stand_off_m or impact_angle_deg"
         )
-    deepest = hertz.impact(
-        0.5 * mean, shot.density_kg_m3, nozzle.speed_m_s, contact_modulus_Pa(shot, target)
-    ).depth_m
-    if not deepest < MAX_OVERLAP * 0.5 * mean:
+    overlap = elastic_overlap(scene.shots, nozzle, material)
+    if not overlap < MAX_OVERLAP:
         problems.append(
-            f"speed_m_s = {nozzle.speed_m_s}: elastic overlap {deepest / mean * 2:.2f} of the radius;"
+            f"speed_m_s = {nozzle.speed_m_s}: elastic overlap {overlap:.2f} of the radius;"
             f" must be below {MAX_OVERLAP}"
         )
     if problems:
         raise InputError(problems)
 
     dt = dt_over_P * p_wave_step_s(small, shot)
-    on_target = hertz.impact(
-        0.5 * small, shot.density_kg_m3, nozzle.speed_m_s, contact_modulus_Pa(shot, target)
-    )
-    on_shot = shot_contact_time_s(small, shot, 2.0 * nozzle.speed_m_s)  # faster than two shots ever meet
-    shortest = min(on_target.contact_time_s, on_shot) / dt  # elastic: damping only makes contacts longer
+    shortest = steps_per_contact(scene.shots, nozzle, material, dt_over_P)
     if guarded and shortest < MIN_STEPS_PER_CONTACT:
         raise InputError(
             f"time step = {dt_over_P} P: the shortest contact lasts {shortest:.1f} steps; must be at least"
-            f" {MIN_STEPS_PER_CONTACT}: lower accuracy.flow_dt_over_P"
+            f" {MIN_STEPS_PER_CONTACT}: --accuracy reference"
         )
     rig = dict(shot=shot, target=target, diameter_m=mean, dt_s=dt)
     # two thirds: mean normal share of the relative speed when hard spheres meet at random

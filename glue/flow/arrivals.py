@@ -105,6 +105,15 @@ def draw_arrivals(scene: Scene) -> np.ndarray:
     return arrivals
 
 
+def check_stream(scene: Scene) -> None:
+    """Raise InputError for a scene whose shots cannot be drawn, or that by chance has none: before hours of work."""
+    if not len(draw_arrivals(scene)):
+        raise InputError(
+            f"no shot leaves the nozzle: {scene.expected_shots:.3g} expected, none drawn with seed {scene.seed};"
+            " raise exposure_time_s or mass_flow_kg_s"
+        )
+
+
 def write_arrivals(path: Path, arrivals: np.ndarray, scene_hash: str) -> None:
     """Write ``arrivals`` (from ``draw_arrivals``) as ``arrivals.csv``; every double survives exactly."""
     write_table(path, TITLE, arrivals, {"scene_hash": scene_hash})

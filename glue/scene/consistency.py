@@ -9,11 +9,13 @@ import math
 from collections.abc import Iterator
 
 from glue.scene.fields import show
-from glue.scene.model import Accuracy, Material, Nozzle, Shots
+from glue.scene.model import TRUNCATION_SD, Accuracy, Material, Nozzle, Shots
 from glue.scene.presets import CELL_DEPTH_IN_RADII
 from glue.scene.schema import MAX_RASTER_POINTS, MAX_SHOTS, MAX_VOLUME_FRACTION
 
 Problem = tuple[str, str]
+MIN_STEPS_PER_CONTACT = 9.0  # shot on shot at dt = 1.0 P: 13.7 at 60 m/s, 12 at twice the speed
+MAX_OVERLAP = 0.3  # of the radius; beyond, the flow's contact law means nothing
 
 
 def estimated_dimple_radius_m(shots: Shots, normal_speed_m_s: float, material: Material) -> float:
@@ -62,6 +64,61 @@ def jet_problems(shots: Shots, nozzle: Nozzle) -> Iterator[Problem]:
             "nozzle.stand_off_m",
             f"{show(nozzle.stand_off_m)} m puts the edge of the nozzle's exit into the target at this angle; "
             f"allowed above {show(reach / math.sin(angle))} m",
+        )
+
+
+def steps_per_contact(shots: Shots, nozzle: Nozzle, material: Material, dt_over_P: float) -> float:
+    """How many of the flow's time steps the shortest contact lasts: Hertz, the smallest shot, no damping.
+
+    dt = dt_over_P times P = R sqrt(rho/E).  Two shots meet at most at twice the nozzle's speed; half the mass on
+    half the radius is a sphere of R/2 and four times the density on a half-space.
+    """
+    spread = TRUNCATION_SD * shots.size_cv if shots.size == "distribution" else 0.0
+    radius = 0.5 * shots.diameter_m * (1.0 - spread)
+    p_wave_s = radius * math.sqrt(shots.density_kg_m3 / shots.E_Pa)
+    on_target = _contact_time_s(radius, shots.density_kg_m3, nozzle.speed_m_s, shots, material)
+    on_shot = _contact_time_s(0.5 * radius, 4.0 * shots.density_kg_m3, 2.0 * nozzle.speed_m_s, shots, shots)
+    return min(on_target, on_shot) / (dt_over_P * p_wave_s)
+
+
+def elastic_overlap(shots: Shots, nozzle: Nozzle, material: Material) -> float:
+    """Depth of the shot's elastic impact on the target at full speed, as a share of its radius (Hertz)."""
+    return _relative_depth(shots.density_kg_m3, nozzle.speed_m_s, shots, material)
+
+
+def _relative_depth(density_kg_m3: float, speed_m_s: float, a: Shots | Material, b: Shots | Material) -> float:
+    """Depth over radius, (5 pi rho v^2 / (4 E*))^(2/5): as ``glue.theory.hertz``, which needs numpy."""
+    compliance = (1.0 - a.nu**2) / a.E_Pa + (1.0 - b.nu**2) / b.E_Pa  # 1/E*
+    return (1.25 * math.pi * density_kg_m3 * speed_m_s**2 * compliance) ** 0.4
+
+
+def _contact_time_s(radius_m, density_kg_m3, speed_m_s, a, b) -> float:
+    """2.9432 depth / v, the factor 2 integral dx / sqrt(1 - x^2.5) over 0..1."""
+    factor = 0.8 * math.gamma(0.4) * math.gamma(0.5) / math.gamma(0.9)
+    return factor * radius_m * _relative_depth(density_kg_m3, speed_m_s, a, b) / speed_m_s
+
+
+def contact_problems(
+    shots: Shots, nozzle: Nozzle, material: Material, accuracy: Accuracy
+) -> Iterator[Problem]:
+    """The flow's contacts must be shallow, and long enough for the preset's time step."""
+    speed = nozzle.speed_m_s
+    overlap = elastic_overlap(shots, nozzle, material)
+    if overlap >= MAX_OVERLAP:
+        most = speed * (MAX_OVERLAP / overlap) ** 1.25  # depth ~ speed^(4/5)
+        yield (
+            "nozzle.speed_m_s",
+            f"{show(speed)} m/s presses a shot {show(overlap)} of its radius into an elastic target, too deep for the "
+            f"flow's contact law; allowed below {show(most)} m/s with these materials",
+        )
+    steps = steps_per_contact(shots, nozzle, material, accuracy.flow_dt_over_P)
+    if steps < MIN_STEPS_PER_CONTACT:
+        most = speed * (steps / MIN_STEPS_PER_CONTACT) ** 5  # contact time ~ speed^(-1/5)
+        yield (
+            "nozzle.speed_m_s",
+            f"{show(speed)} m/s makes the shortest contact {steps:.1f} time steps long at preset "
+            f'"{accuracy.preset}", fewer than {show(MIN_STEPS_PER_CONTACT)}; allowed up to {show(most)} m/s, or '
+            "--accuracy reference",
         )
 
 

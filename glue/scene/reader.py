@@ -226,6 +226,8 @@ def _cross_checks(shots, nozzle, material, window, thickness, accuracy, exposure
         yield from consistency.jet_problems(shots, nozzle)
         if exposure_time_s:
             yield from consistency.count_problems(shots, nozzle, exposure_time_s)
+        if material and accuracy:
+            yield from consistency.contact_problems(shots, nozzle, material, accuracy)
         if material and thickness:
             yield from consistency.thickness_problems(shots, nozzle, material, thickness)
         if window:

@@ -12,7 +12,7 @@ from glue.scene.presets import DEFAULT_PRESET, PRESETS
 SCHEMA = 1
 MAX_SHOTS = 2_000_000  # an impact log of a gigabyte
 MAX_RASTER_POINTS = 100_000_000  # 0.8 GB for one raster of the window
-MAX_VOLUME_FRACTION = 0.3  # a denser jet is no longer a stream of separate flights
+MAX_VOLUME_FRACTION = 0.15  # 2000 shots, jets 5 and 20 shots wide: 11 of 12 seeds can be drawn, at .18 only 5
 
 
 def not_built(what: str, instead: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from glue.flow.arrivals import check_stream
 from glue.flow.regime import collision_number
 from glue.scene.consistency import estimated_dimple_radius_m, volume_fraction
 from glue.scene.model import Accuracy, Scene
@@ -20,7 +21,8 @@ _FEW_IMPACTS = 5.0  # below, one impact more or less changes the target's exposu
 
 
 def check(scene: Scene) -> dict:
-    """Numbers that tell what the scene is like, for printing or as JSON; nothing is run."""
+    """Numbers that tell what the scene is like, for printing or as JSON; nothing is run. InputError when no stream can be drawn."""
+    check_stream(scene)
     shots, nozzle, target = scene.shots, scene.nozzle, scene.target
     asked = scene.restitution.shot_target
     restitution = _RESTITUTION_GUESS if asked == "from_dimple" else asked

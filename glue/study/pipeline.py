@@ -143,7 +143,7 @@ def _builds_on(stage: Stage, stages: Sequence[Stage]) -> list[Stage]:
 
 def _run_stages(folder: RunDirectory, scene: Scene, wanted, stages, progress: Progress) -> None:
     _refuse_damage(folder, wanted)
-    _require_solvers(folder, wanted, stages)
+    _look_ahead(folder, scene, wanted, stages)
     folder.renew_metrics()  # stages read it, and so does whoever asked
     for stage in wanted:
         stopping.check()
@@ -187,16 +187,20 @@ def _refuse_damage(folder: RunDirectory, wanted: Sequence[Stage]) -> None:
         raise InputError(problems)
 
 
-def _require_solvers(folder: RunDirectory, wanted: Sequence[Stage], stages: Sequence[Stage]) -> None:
-    """Find the solvers of every stage that is out of date, or may be once an earlier one has run.
+def _look_ahead(folder: RunDirectory, scene: Scene, wanted: Sequence[Stage], stages: Sequence[Stage]) -> None:
+    """Ask every stage that is out of date, or may be once an earlier one has run, for what would stop it.
 
-    Before anything is removed or run: a solver that is missing must cost no result. Raises SolverFailed.
+    Before anything is removed or run: a solver that is missing (SolverFailed) or a scene that a stage refuses
+    (InputError) must cost no result and no time.
     """
     stale = [s for s in wanted if not folder.is_current(s.name, digest(_inputs(folder, s)))]
     may_run = {s.name for stage in stale for s in (stage, *_builds_on(stage, stages))}
     find = {"yade": solvers.find_yade, "freefem": solvers.find_freefem}
     for name in {name: None for s in wanted if s.name in may_run for name in s.solvers}:
         find[name]()
+    for stage in wanted:
+        if stage.name in may_run:
+            stage.refuse(scene)
 
 
 def _teller(progress: Progress, name: str) -> Callable[[float | None, str], None]:

@@ -28,7 +28,8 @@ class Stage:
     ``code``: glob patterns, relative to the checkout, of the sources that decide its result.
     ``owns``: files and folders of the run directory that it alone writes. ``run(work)`` does it and
     returns (metrics by section of metrics.json, names of the files written). ``solvers``: those of
-    yade and freefem that it runs; their versions are part of what its result depends on.
+    yade and freefem that it runs; their versions are part of what its result depends on. ``refuse(scene)``
+    raises InputError, before any stage runs, for a scene that the stage would refuse.
     """
 
     name: str
@@ -38,3 +39,4 @@ class Stage:
     run: Callable[[Work], tuple[dict, list[str]]]
     uses: tuple[str, ...] = ()
     solvers: tuple[str, ...] = ()
+    refuse: Callable[[Scene], None] = lambda scene: None

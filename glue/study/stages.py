@@ -8,6 +8,7 @@ import numpy as np
 
 from glue.atomic import atomic_path
 from glue.errors import InputError
+from glue.flow.arrivals import check_stream
 from glue.flow.dem import run_dem
 from glue.meshes import write_triangles
 from glue.solvers import build_plugin
@@ -270,6 +271,7 @@ STAGES = (
         ("flow",),
         flow_stage,
         solvers=("yade",),
+        refuse=check_stream,
     ),
     Stage(
         "coverage",

@@ -122,9 +122,9 @@ def test_file_gives_back_the_same_bits(make_scene, tmp_path):
 DRAW = """
 import hashlib, numpy
 from glue.flow import arrivals
-from scenes import bare_scene
+from scenes import make_scene
 for kind in (dict(), dict(size="distribution", size_cv=0.1, mass_flow_kg_s=1.6667, impact_angle_deg=40.0)):
-    scene = bare_scene(**kind)
+    scene = make_scene(**kind)
     print(hashlib.sha256(arrivals.draw_arrivals(scene).tobytes()).hexdigest(), arrivals.scene_hash(scene))
 """
 
@@ -151,3 +151,11 @@ def test_known_first_arrival_of_seed_one(make_scene):
     shots = arrivals.draw_arrivals(make_scene())
     u = np.random.Generator(np.random.PCG64(np.random.SeedSequence(1).spawn(3)[0])).random()
     assert shots["time_s"][0] == -math.log1p(-u) / make_scene().shot_rate_1_s
+
+
+def test_a_stream_that_cannot_be_drawn_is_told_beforehand(make_scene):
+    arrivals.check_stream(make_scene())
+    with pytest.raises(InputError, match="too dense"):  # one shot wide: Poisson gaps below a diameter happen
+        arrivals.check_stream(make_scene(jet_diameter_m=1e-3, mass_flow_kg_s=0.02))
+    with pytest.raises(InputError, match="no shot leaves the nozzle: 1e-06 expected, none drawn with seed 1"):
+        arrivals.check_stream(make_scene(exposure_time_s=1e-6 * 4.084070449666731e-6 / (5.0 / 60.0)))

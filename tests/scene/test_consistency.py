@@ -7,9 +7,16 @@ import math
 import pytest
 
 from glue.scene.catalogue import material, shot
-from glue.scene.consistency import estimated_dimple_radius_m, largest_diameter_m, volume_fraction
+from glue.scene.consistency import (
+    elastic_overlap,
+    estimated_dimple_radius_m,
+    largest_diameter_m,
+    steps_per_contact,
+    volume_fraction,
+)
 from glue.scene.model import Nozzle
 from glue.scene.reader import read_scene
+from glue.theory import hertz
 
 
 @pytest.mark.parametrize(
@@ -81,14 +88,60 @@ def test_a_jet_narrower_than_its_shot(problems_of):
 
 
 def test_a_jet_denser_than_a_stream(write_scene, problems_of):
-    """1 m/s and 8 mm: 30 % of the volume are .3 x 7800 x 5.02655e-5 x 1 = .117621 kg/s."""
+    """1 m/s and 8 mm: 15 % of the volume are .15 x 7800 x 5.02655e-5 x 1 = .0588106 kg/s."""
     slow = {"nozzle.speed_m_s": "1", "nozzle.jet_diameter_m": "0.008", "target.window_m": "[0.002, 0.002]"}
-    read_scene(write_scene(slow | {"nozzle.mass_flow_kg_s": "0.1176"}))
-    (problem,) = problems_of(slow | {"nozzle.mass_flow_kg_s": "0.1177"})
+    read_scene(write_scene(slow | {"nozzle.mass_flow_kg_s": "0.0588"}))
+    (problem,) = problems_of(slow | {"nozzle.mass_flow_kg_s": "0.0589"})
     assert problem == (
-        "nozzle.mass_flow_kg_s: shots would fill 30.0201 % of the jet's volume, more than a stream of "
-        "separate shots can; allowed up to 0.117621 kg/s with this jet_diameter_m and speed_m_s"
+        "nozzle.mass_flow_kg_s: shots would fill 15.0228 % of the jet's volume, more than a stream of "
+        "separate shots can; allowed up to 0.0588106 kg/s with this jet_diameter_m and speed_m_s"
     )
+
+
+@pytest.mark.parametrize("speed_m_s", [0.5, 60.0, 300.0])
+def test_contacts_are_those_of_hertz(speed_m_s):
+    shots, target, nozzle = shot("S390"), material("al2024-t351"), Nozzle(speed_m_s, 0.01667, 0.02, 0.1, 90.0)
+    both = hertz.effective_modulus_Pa(shots.E_Pa, shots.nu, target.E_Pa, target.nu)
+    steel = hertz.effective_modulus_Pa(shots.E_Pa, shots.nu, shots.E_Pa, shots.nu)
+    on_target = hertz.impact(0.5e-3, shots.density_kg_m3, speed_m_s, both)
+    # half the mass on half the radius: a sphere of R/2 and four times the density
+    on_shot = hertz.impact(0.25e-3, 4.0 * shots.density_kg_m3, 2.0 * speed_m_s, steel)
+    step = 0.3 * 0.5e-3 * math.sqrt(shots.density_kg_m3 / shots.E_Pa)
+    shortest = min(on_target.contact_time_s, on_shot.contact_time_s)
+    assert steps_per_contact(shots, nozzle, target, 0.3) == pytest.approx(shortest / step, rel=1e-12)
+    assert elastic_overlap(shots, nozzle, target) == pytest.approx(on_target.depth_m / 0.5e-3, rel=1e-12)
+
+
+def test_the_smallest_shot_sets_the_step_and_meets_in_it_too():
+    nozzle, target = Nozzle(60.0, 0.01667, 0.02, 0.1, 90.0), material("al2024-t351")
+    # both times scale with the diameter, so that a spread of sizes leaves the number of steps as it is
+    spread, mono = (steps_per_contact(shot("S390", size), nozzle, target, 1.0) for size in ("distribution", "mono"))
+    assert spread == pytest.approx(mono, rel=1e-12)
+
+
+@pytest.mark.parametrize("preset", ["fast", "balanced"])
+def test_a_speed_that_the_presets_step_cannot_follow(write_scene, problems_of, preset):
+    """Steel on steel at 300 m/s: 8.6628 steps of 1 P, 9 at 300 (8.6628 / 9)^5 = 247.9 m/s."""
+    fast = {"nozzle.speed_m_s": "300.0", "target.window_m": "[0.006, 0.006]"}
+    assert problems_of(fast, preset=preset) == [
+        "nozzle.speed_m_s: 300 m/s makes the shortest contact 8.7 time steps long at preset "
+        f'"{preset}", fewer than 9; allowed up to 247.86 m/s, or --accuracy reference'
+    ]
+    read_scene(write_scene(fast), preset="reference")
+    read_scene(write_scene(fast | {"nozzle.speed_m_s": "247.8"}), preset=preset)
+
+
+def test_a_shot_pressed_too_deep(write_scene, problems_of):
+    """Depth over radius at 300 m/s on 2024 is .29067 for steel of 7800 kg/m3, .3457 at 12000: ~ (rho v^2)^.4."""
+    heavy = {
+        "shots.grade": None, "shots.diameter_m": "0.001", "shots.density_kg_m3": "12000.0",
+        "nozzle.speed_m_s": "300.0", "target.window_m": "[0.008, 0.008]",
+    }  # fmt: skip
+    (problem,) = problems_of(heavy, preset="reference")
+    assert "300 m/s presses a shot 0.345" in problem and "too deep" in problem
+    limit = 300.0 * math.sqrt((0.3 / 0.29066948881530763) ** 2.5 * 7800.0 / 12000.0)
+    read_scene(write_scene(heavy | {"nozzle.speed_m_s": f"{limit - 0.01}"}), preset="reference")
+    assert problems_of(heavy | {"nozzle.speed_m_s": f"{limit + 0.01}"}, preset="reference")
 
 
 def test_expected_number_of_shots(write_scene, problems_of):

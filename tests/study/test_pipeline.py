@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import dataclasses
 import json
 import os
 import signal
@@ -16,9 +17,10 @@ import pytest
 from glue import stopping
 from glue.atomic import write_text_atomic
 from glue.errors import InputError, NotConverged, SolverFailed
-from glue.scene.reader import example_path
+from glue.scene.reader import example_path, read_scene
 from glue.solvers import process, repo_root
 from glue.study import pipeline
+from glue.study.check import check
 from glue.study.stage import Stage
 
 
@@ -388,3 +390,26 @@ def test_a_directory_whose_name_is_not_utf_8(tmp_path):
     pipeline.run("al2024-s390", out, stages=(Stage("a", (), (), ("log",), run),))
     assert b"bad\xff" in (out / "log").read_bytes().splitlines()[0]
     assert manifest(out)["stages"]["a"]["state"] == "complete"
+
+
+def test_a_scene_that_a_later_stage_refuses_costs_no_time(stubs, tmp_path):
+    def refuse(scene):
+        raise InputError(f"{scene.name}: too dense")
+
+    stubs.stages = (*stubs.stages[:1], dataclasses.replace(stubs.stages[1], refuse=refuse), *stubs.stages[2:])
+    with pytest.raises(InputError, match="al2024-s390: too dense"):
+        stubs.go(tmp_path / "run")
+    assert stubs.ran == []
+    assert stubs.go(tmp_path / "run", only=["a"]) == ["a"]
+
+
+def test_check_and_run_refuse_a_stream_that_cannot_be_drawn(tmp_path):
+    """A jet one shot wide: the share of its volume says nothing, drawing does."""
+    scene = read_scene(example_path("al2024-s390"))
+    dense = dataclasses.replace(scene, nozzle=dataclasses.replace(scene.nozzle, jet_diameter_m=1e-3))
+    with pytest.raises(InputError, match="too dense"):
+        check(dense)
+    from glue.study.stages import STAGES
+
+    with pytest.raises(InputError, match="too dense"):
+        next(s for s in STAGES if s.name == "flow").refuse(dense)

@@ -122,9 +122,9 @@ def test_file_gives_back_the_same_bits(make_scene, tmp_path):
 DRAW = """
 import hashlib, numpy
 from glue.flow import arrivals
-from scenes import make_scene
+from scenes import bare_scene
 for kind in (dict(), dict(size="distribution", size_cv=0.1, mass_flow_kg_s=1.6667, impact_angle_deg=40.0)):
-    scene = make_scene(**kind)
+    scene = bare_scene(**kind)
     print(hashlib.sha256(arrivals.draw_arrivals(scene).tobytes()).hexdigest(), arrivals.scene_hash(scene))
 """
 

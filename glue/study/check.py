@@ -21,7 +21,10 @@ _FEW_IMPACTS = 5.0  # below, one impact more or less changes the target's exposu
 
 
 def check(scene: Scene) -> dict:
-    """Numbers that tell what the scene is like, for printing or as JSON; nothing is run. InputError when no stream can be drawn."""
+    """Numbers that tell what the scene is like, for printing or as JSON; nothing is run.
+
+    Raises InputError when its stream of shots cannot be drawn.
+    """
     check_stream(scene)
     shots, nozzle, target = scene.shots, scene.nozzle, scene.target
     asked = scene.restitution.shot_target

@@ -171,7 +171,8 @@ class RunDirectory:
         """Forget ``stage`` and remove its files; put the stages ``later`` built on it in doubt.
 
         Of the folders among ``owned`` only what the stage's record lists and unfinished files (.part) go: the
-        user's own files in them stay. A doubted stage is out of metrics.json until its own turn, when it is kept or run again.
+        user's own files in them stay. A doubted stage is out of metrics.json until its own turn, when it is
+        kept or run again.
         """
         written = self.manifest["stages"].pop(stage, {}).get("outputs", {})
         for name in later:

@@ -40,7 +40,7 @@ def _line(values: dict, key: str, label: str, factor: float | None, unit: str, d
 
 def _costs(stages: dict) -> list[str]:
     lines = []
-    for name in (n for n in STAGE_ORDER if n in stages):
+    for name in (n for n in STAGE_ORDER if "wall_s" in stages.get(n, {})):  # a damaged record has no cost
         record = stages[name]
         note = "" if record["state"] == "complete" else "   FAILED"
         lines.append(

@@ -114,8 +114,8 @@ def test_an_unpeened_target_reports_what_a_peened_one_does(work, monkeypatch):
     layers |= {name: np.ones(5) for name in ("sigma_yy_std_Pa", "peeq", "peeq_std")}
     patch = SimpleNamespace(exposure=1.0, window_exposure=1.0, neglected_energy_share=0.0)
     cell = SimpleNamespace(
-        depth_m=np.linspace(0.5e-4, 4.5e-4, 5), **layers, patch=patch, coverage_peeq=0.5, coverage_peeq_027=0.5, impacts=1,
-        edge_threshold=0.1, balance_error=0.0, nominal_depth_error=0.0, nominal_force_error=0.0, dofs=9, wall_s=1.0,
+        depth_m=np.linspace(0.5e-4, 4.5e-4, 5), **layers, patch=patch, impacts=1, coverage_peeq=0.5,
+        coverage_peeq_027=0.5, edge_threshold=0.1, balance_error=0.0, nominal_depth_error=0.0, nominal_force_error=0.0, dofs=9, wall_s=1.0,
         surface_z_m=np.zeros(4), floor_m=1e-3,
     )  # fmt: skip
     monkeypatch.setattr(stages, "ready_kernels", lambda: None)

@@ -52,23 +52,23 @@ def choose_patch(impacts: np.ndarray, dimple, window_m: tuple[float, float], sid
     x, y = impacts["x_m"], impacts["y_m"]
     in_window = (abs(x) <= 0.5 * window_m[0]) & (abs(y) <= 0.5 * window_m[1])
     wanted = area[in_window].sum() / (window_m[0] * window_m[1])
+    energy = normal_energy_J(impacts)
+    nominal = 0.5 * dimple.density_kg_m3 * math.pi / 6.0 * dimple.diameter_m**3 * dimple.speed_m_s**2
+    felt = energy >= NEGLIGIBLE_ENERGY * nominal
     best = None
     for i in range(count[0]):
         for j in range(count[1]):
             x0, y0 = (i - 0.5 * count[0]) * side_m, (j - 0.5 * count[1]) * side_m
             inside = (x >= x0) & (x < x0 + side_m) & (y >= y0) & (y < y0 + side_m)
             exposure = area[inside].sum() / side_m**2
-            if not inside.any():
+            if not (inside & felt).any():
                 continue  # a sparse log leaves tiles empty; they stand for nothing
             if best is None or abs(exposure - wanted) < best[0]:
                 best = (abs(exposure - wanted), x0, y0, inside, exposure)
     if best is None:
-        raise InputError("no impact of the log falls into the window: a longer exposure_time_s is needed")
+        raise InputError("no impact worth solving falls into the window: a longer exposure_time_s is needed")
     _, x0, y0, inside, exposure = best
-    energy = normal_energy_J(impacts)
-    nominal = 0.5 * dimple.density_kg_m3 * math.pi / 6.0 * dimple.diameter_m**3 * dimple.speed_m_s**2
-    kept = inside & (energy >= NEGLIGIBLE_ENERGY * nominal)
-    left_out = inside & ~kept
+    kept, left_out = inside & felt, inside & ~felt
     total = energy[inside].sum()
     return Patch(
         x_m=x[kept] - x0, y_m=y[kept] - y0, energy_J=energy[kept], radius_m=0.5 * impacts["diameter_m"][kept],

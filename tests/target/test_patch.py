@@ -68,3 +68,9 @@ def test_a_sparse_log_takes_a_patch_with_an_impact_in_it():
 def test_a_log_beside_the_window_is_refused():
     with pytest.raises(InputError, match="no impact"):
         choose_patch(impacts([5e-3], [0.0]), dimple(), WINDOW, SIDE)
+
+
+def test_a_patch_of_faint_impacts_only_is_passed_over():
+    log = impacts([-0.5e-3, 0.5e-3], [0.0, 0.0], np.array([0.5, 60.0]))
+    patch = choose_patch(log, dimple(), (2e-3, 1e-3), SIDE)
+    assert patch.energy_J == pytest.approx([7.351e-3], rel=1e-3)

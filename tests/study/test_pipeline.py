@@ -2,63 +2,21 @@
 
 from __future__ import annotations
 
-import ctypes
 import dataclasses
 import json
 import os
-import signal
-import subprocess
 import sys
 import threading
 from pathlib import Path
 
 import pytest
 
-from glue import stopping
-from glue.atomic import write_text_atomic
 from glue.errors import InputError, NotConverged, SolverFailed
 from glue.scene.reader import example_path, read_scene
-from glue.solvers import process, repo_root
+from glue.solvers import process
 from glue.study import pipeline
 from glue.study.check import check
 from glue.study.stage import Stage
-
-
-class Stubs:
-    """Stages a -> b -> c and a report d of whatever is there; each writes ``<name>.txt``."""
-
-    def __init__(self):
-        self.ran, self.fail, self.salt = [], {}, {}
-        self.stages = (
-            self._stage("a", ()),
-            self._stage("b", ("a",)),
-            self._stage("c", ("b",)),
-            self._stage("d", (), uses=("a", "b", "c")),
-        )
-
-    def _stage(self, name, needs, uses=(), solvers=()):
-        def run(work):
-            self.ran.append(name)
-            if name in self.fail:
-                (work.path / f"{name}.half").write_text("half")
-                raise self.fail[name]
-            text = (
-                name + self.salt.get(name, "") + "".join((work.path / f"{n}.txt").read_text() for n in needs)
-            )
-            write_text_atomic(work.path / f"{name}.txt", text)
-            return {name: {"value": len(text)}}, [f"{name}.txt"]
-
-        return Stage(name, needs, (), (f"{name}.txt", f"{name}.half"), run, uses, solvers)
-
-    def go(self, out, **options):
-        self.ran.clear()
-        pipeline.run("al2024-s390", out, stages=self.stages, **options)
-        return self.ran
-
-
-@pytest.fixture
-def stubs():
-    return Stubs()
 
 
 def manifest(out):
@@ -261,75 +219,6 @@ def test_default_directory_is_named_after_scene_and_inputs(stubs, tmp_path, monk
     stubs.go(None, preset="fast")
     names = sorted(p.name for p in Path("runs").iterdir())
     assert len(names) == 2 and all(n.startswith("al2024-s390-") and len(n) == 12 + 8 for n in names)
-
-
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
-def test_a_kill_leaves_no_solver_running_and_no_record_of_the_stage(tmp_path, number):
-    """A stage waits for a solver that would write ``alive`` after a second; peen is killed before that."""
-    program = tmp_path / "program.py"
-    program.write_text(
-        "import os, sys\nfrom glue import cli\nfrom glue.solvers import process\n"
-        "from glue.study import pipeline\nfrom glue.study.stage import Stage\n"
-        "def run(work):\n"
-        "    code = \"import time; print('up', flush=True); time.sleep(1); open('alive', 'w')\"\n"
-        "    process.run([sys.executable, '-c', code], cwd=work.path,\n"
-        "                log=work.path / 'log', env=os.environ,\n"
-        "                on_line=lambda line: print(line, flush=True))\n"
-        "    return {}, []\n"
-        "pipeline._default_stages = lambda: (Stage('flow', (), (), (), run),)\n"
-        "sys.exit(cli.main(['run', 'al2024-s390', '--out', 'run']))\n"
-    )
-    env = {**os.environ, "PYTHONPATH": str(repo_root())}
-    child = subprocess.Popen(
-        [sys.executable, program], cwd=tmp_path, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    )
-    assert child.stdout.readline() == b"up\n"
-    child.send_signal(number)
-    _, stderr = child.communicate(timeout=20)
-    assert child.returncode == {signal.SIGKILL: -9, signal.SIGTERM: 143, signal.SIGINT: 130}[number], stderr
-    import time
-
-    time.sleep(1.2)
-    assert not (tmp_path / "run" / "alive").exists()
-    assert manifest(tmp_path / "run")["stages"] == {}
-    assert not list((tmp_path / "run").rglob("*.part"))
-
-
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-@pytest.mark.parametrize(
-    ("number", "raised"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, SystemExit)]
-)
-@pytest.mark.parametrize("stage", ["b", "d"])
-def test_a_signal_lost_in_a_callback_still_stops_the_run(stubs, tmp_path, number, raised, stage):
-    """As in numba's compiler: what the handler raises inside a C callback goes no further."""
-    deliver = ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(number))
-    inner = next(s for s in stubs.stages if s.name == stage)
-
-    def run(work):
-        deliver()
-        return inner.run(work)
-
-    renewed = Stage(stage, inner.needs, (), inner.owns, run, inner.uses)
-    stubs.stages = tuple(renewed if s.name == stage else s for s in stubs.stages)
-    with stopping.noticed(), pytest.raises(raised):
-        stubs.go(tmp_path / "run")
-    assert stubs.ran == {"b": ["a", "b"], "d": ["a", "b", "c", "d"]}[stage]
-    assert manifest(tmp_path / "run")["stages"][stage]["state"] == "complete"  # its result is whole: kept
-
-
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-def test_a_signal_lost_in_a_callback_stops_a_stage_that_tells_its_progress(stubs, tmp_path):
-    deliver = ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(signal.SIGINT))
-
-    def run(work):
-        deliver()
-        work.progress(0.5, "half way")
-        stubs.ran.append("too far")
-
-    stubs.stages = (Stage("a", (), (), (), run),)
-    with stopping.noticed(), pytest.raises(KeyboardInterrupt):
-        stubs.go(tmp_path / "run")
-    assert stubs.ran == [] and signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_a_scene_may_come_through_a_pipe(stubs, tmp_path):

@@ -99,7 +99,7 @@ def numerics(rows: Rows, scratch: Path) -> None:
             abs(read(got) / read(base) - 1.0) for read in (zero_height_radius, lambda impact: impact.restitution)
         )
         rows.below(f"{name}: change of radius", radius, 0.01)
-        rows.below(f"{name}: change of e", e, 0.03, f"peak force {got.peak_force / base.peak_force - 1:+.2%}")
+        rows.below(f"{name}: change of e", e, 0.02, f"peak force {got.peak_force / base.peak_force - 1:+.2%}")
 
 
 def elastic_impact(rows: Rows, scratch: Path) -> None:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from glue.errors import InputError, NotConverged
+from glue.errors import NotConverged
 from glue.scene.model import Accuracy, Scene
 from glue.scene.presets import CELL_DEPTH_IN_RADII
 from glue.solvers import run_freefem
@@ -25,7 +25,6 @@ from glue.target.progress import relay
 from glue.target.tables import read_table
 
 LITERATURE_THRESHOLD = 0.027  # equivalent plastic strain that finite-element studies often count as covered
-WORK_ERROR_LIMIT = 0.02  # work of any impact against its energy
 NOMINAL_DEPTH_LIMIT = 0.3  # nominal dimple of this mesh against the representative one: +7 % balanced, +16 % at 300 m/s
 BALANCE_LIMIT = 0.05  # layer mean of the vertical stress (exactly 0) over the largest in-plane one
 
@@ -48,7 +47,6 @@ class CellResult:
     peeq: np.ndarray
     peeq_std: np.ndarray
     balance_error: float  # see BALANCE_LIMIT
-    work_error: float
     coverage_peeq: float  # share of the top layer above edge_threshold; nan when one impact hardly yields the layer
     coverage_peeq_027: float  # and above LITERATURE_THRESHOLD
     edge_threshold: float  # plastic strain at the edge of the nominal dimple on this very mesh
@@ -82,10 +80,6 @@ def solve_cell(
     accuracy, material = scene.accuracy, scene.target.material
     side = accuracy.cell_side_in_radii * dimple.radius_m
     patch = choose_patch(impacts, dimple, scene.target.window_m, side)
-    if patch.x_m.size == 0:
-        raise InputError(
-            "no impact of the log falls into the cell's patch of the window: a longer exposure_time_s is needed"
-        )
     workdir.mkdir(parents=True, exist_ok=True)
     driver = workdir / "driver.edp"
     driver.write_text(
@@ -192,7 +186,7 @@ def read_cell(workdir: Path, accuracy: Accuracy, dimple: Dimple, patch: Patch, s
         sigma_xx_Pa=mean(points["s_xx"]) * 1e6, sigma_yy_Pa=mean(points["s_yy"]) * 1e6,
         sigma_xx_std_Pa=spread(points["s_xx"]) * 1e6, sigma_yy_std_Pa=spread(points["s_yy"]) * 1e6,
         peeq=mean(points["peeq"]), peeq_std=spread(points["peeq"]),
-        balance_error=float(np.abs(vertical).max() / np.abs(in_plane).max()), work_error=float(result["work_error"]),
+        balance_error=float(np.abs(vertical).max() / np.abs(in_plane).max()),
         coverage_peeq=_share(top, threshold) if threshold > 0.0 else math.nan, coverage_peeq_027=_share(top, LITERATURE_THRESHOLD), edge_threshold=threshold,
         nominal_depth_error=float(nominal["depth_mm"] * 1e-3 / dimple.depth_m - 1.0),
         nominal_force_error=float(nominal["peak_force_N"] / dimple.peak_force_N - 1.0),
@@ -217,10 +211,6 @@ def _share(table: dict[str, np.ndarray], threshold: float) -> float:
 
 def _check(result: CellResult, workdir: Path) -> None:
     problems = []
-    if not result.work_error <= WORK_ERROR_LIMIT:
-        problems.append(
-            f"an impact's work misses its energy by {result.work_error:.1%} (limit {WORK_ERROR_LIMIT:.0%})"
-        )
     if not abs(result.nominal_depth_error) <= NOMINAL_DEPTH_LIMIT:
         problems.append(
             f"the nominal dimple comes out {result.nominal_depth_error:+.0%} deep against the representative one"

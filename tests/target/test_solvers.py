@@ -210,7 +210,6 @@ def test_cell_under_three_impacts(scene, nominal, tmp_path):
     assert first.impacts == 3
     assert shares[-1] == 1.0
     assert first.balance_error < 0.02
-    assert first.work_error < 0.0101
     mean = 0.5 * (first.sigma_xx_Pa + first.sigma_yy_Pa)
     assert mean.min() < -100e6
     assert abs(mean[-1]) < 0.02 * abs(mean.min())  # the floor of the cell is far enough

@@ -21,7 +21,8 @@ import numpy as np
 
 from glue.errors import InputError
 from glue.flow.table import INTEGER, REAL, read_table, write_table
-from glue.scene.model import TRUNCATION_SD, Scene
+from glue.scene.model import Scene
+from glue.scene.sizes import CUT_SD
 
 TITLE = "shot arrivals"
 COLUMNS = np.dtype(
@@ -43,7 +44,7 @@ COLUMNS = np.dtype(
     + [(name, INTEGER) for name in ("nozzle_id", "pass_id", "medium")]
 )
 
-SIZE_CUT_SD = TRUNCATION_SD  # shots are sieved: no diameter further than this from the mean
+SIZE_CUT_SD = CUT_SD  # shots are sieved: no diameter further than this from the mean
 MAX_REDRAWS = 200  # rounds of new lateral positions; a stream that needs them all is a solid bar, not a jet
 MAX_SHOTS = 20_000_000
 

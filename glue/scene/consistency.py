@@ -8,8 +8,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from glue.scene import sizes
 from glue.scene.fields import show
-from glue.scene.model import TRUNCATION_SD, Accuracy, Material, Nozzle, Shots
+from glue.scene.model import Accuracy, Material, Nozzle, Shots
 from glue.scene.presets import CELL_DEPTH_IN_RADII
 from glue.scene.schema import MAX_RASTER_POINTS, MAX_SHOTS, MAX_VOLUME_FRACTION
 
@@ -73,8 +74,7 @@ def steps_per_contact(shots: Shots, nozzle: Nozzle, material: Material, dt_over_
     dt = dt_over_P times P = R sqrt(rho/E).  Two shots meet at most at twice the nozzle's speed; half the mass on
     half the radius is a sphere of R/2 and four times the density on a half-space.
     """
-    spread = TRUNCATION_SD * shots.size_cv if shots.size == "distribution" else 0.0
-    radius = 0.5 * shots.diameter_m * (1.0 - spread)
+    radius = 0.5 * sizes.smallest_m(shots)
     p_wave_s = radius * math.sqrt(shots.density_kg_m3 / shots.E_Pa)
     on_target = _contact_time_s(radius, shots.density_kg_m3, nozzle.speed_m_s, shots, material)
     on_shot = _contact_time_s(0.5 * radius, 4.0 * shots.density_kg_m3, 2.0 * nozzle.speed_m_s, shots, shots)

@@ -12,6 +12,7 @@ PRESETS: dict[str, Accuracy] = {
     for accuracy in (
         Accuracy(
             preset="fast",
+            flow_tolerance=0.02,
             flow_dt_over_P=1.0,
             dimple_elements_per_radius=3,
             cell_side_in_radii=4.0,
@@ -23,6 +24,7 @@ PRESETS: dict[str, Accuracy] = {
         ),
         Accuracy(
             preset="balanced",
+            flow_tolerance=0.005,
             flow_dt_over_P=1.0,
             dimple_elements_per_radius=6,
             cell_side_in_radii=4.8,
@@ -34,6 +36,7 @@ PRESETS: dict[str, Accuracy] = {
         ),
         Accuracy(
             preset="reference",
+            flow_tolerance=0.002,
             flow_dt_over_P=0.3,
             dimple_elements_per_radius=12,
             cell_side_in_radii=6.4,

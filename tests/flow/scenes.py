@@ -30,16 +30,18 @@ def bare_scene(**changes) -> model.Scene:
         name="bare",
         seed=1,
         exposure_time_s=0.02,
-        shots=model.Shots("S390", 1e-3, 7800.0, 210e9, 0.3, "mono", 0.0, "steel", "test", "C"),
-        nozzle=model.Nozzle(60.0, 5.0 / 60.0, 0.020, 0.10, 90.0),
+        media=(model.Shots("S390", 1e-3, 7800.0, 210e9, 0.3, "mono", 0.0, "steel", "test", "C"),),
+        nozzles=(model.Nozzle(60.0, 5.0 / 60.0, 0.020, 0.10, 90.0),),
         target=model.Target(aluminium, (0.004, 0.004)),
         restitution=model.Restitution(0.6, 0.8),
         friction=model.Friction(0.2, 0.2),
         models=model.Models(auto, auto, auto),
         accuracy=PRESETS["balanced"],
     )
-    for part_name in ("shots", "nozzle", "restitution", "friction", "accuracy"):
+    for part_name in ("media", "nozzles", "restitution", "friction", "accuracy"):
         part = getattr(scene, part_name)
-        own = {k: changes.pop(k) for k in [f.name for f in dataclasses.fields(part)] if k in changes}
-        scene = dataclasses.replace(scene, **{part_name: dataclasses.replace(part, **own)})
+        first = part[0] if isinstance(part, tuple) else part
+        own = {k: changes.pop(k) for k in [f.name for f in dataclasses.fields(first)] if k in changes}
+        first = dataclasses.replace(first, **own)
+        scene = dataclasses.replace(scene, **{part_name: (first,) if isinstance(part, tuple) else first})
     return dataclasses.replace(scene, **changes)

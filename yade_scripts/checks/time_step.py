@@ -27,7 +27,7 @@ SCENE = read_scene(SCRIPTS.parent / "glue" / "scene" / "examples" / "al2024-s390
 
 def refused(restitution=0.34, dt_over_P=1.0, **shots) -> str:
     """The reason for which a run is refused, empty when it is not."""
-    scene = dataclasses.replace(SCENE, shots=dataclasses.replace(SCENE.shots, **shots))
+    scene = dataclasses.replace(SCENE, media=(dataclasses.replace(SCENE.shots, **shots),))
     try:
         plan_run(scene, restitution, dt_over_P)
     except InputError as e:
@@ -62,7 +62,9 @@ for dt_over_P, drift, spread in ((0.1, 0.001, 0.002), (0.3, 0.003, 0.006), (1.0,
         f"{min(e):.4f}-{max(e):.4f}",
     )
 small = SCENE.shots.diameter_m * (1 - 2.5 * 0.1)
-mixed = dataclasses.replace(SCENE, shots=dataclasses.replace(SCENE.shots, size="distribution", size_cv=0.1))
+mixed = dataclasses.replace(
+    SCENE, media=(dataclasses.replace(SCENE.shots, size="distribution", size_cv=0.1),)
+)
 rows.near(
     "mixed sizes: the step follows the smallest shot [s]",
     plan_run(mixed, 0.34, 1.0).dt_s,

@@ -35,7 +35,7 @@ print(len(shots), shots["time_s"][:5].tolist(), shots["x_m"][-1])
 with tempfile.TemporaryDirectory() as folder:
     path = pathlib.Path(folder) / "impacts.csv"
     log = np.zeros(3, impacts.COLUMNS)
-    log["vz_in_m_s"] = -1.0
+    log["vz_in_m_s"], log["nz"] = -1.0, 1.0
     log["x_m"] = [0.1, 1 / 3, -2e-300]
     impacts.write_impacts(path, log, {"scene_hash": "0", "model": "none"})
     print(impacts.read_impacts(path)[0]["x_m"].tolist())

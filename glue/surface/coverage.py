@@ -13,6 +13,7 @@ import numba
 import numpy as np
 
 from glue.errors import InputError
+from glue.flow.impacts import normal_speed_m_s, tangential_velocity_m_s
 from glue.theory.impact_scale import CONTACT_OVER_LOADING
 
 # Points per median semi-minor axis.  The lattice's error in the covered share falls as (spacing/radius)^1.5
@@ -91,21 +92,25 @@ def sweep_factors(sweep):
 def dimple_semi_axes(dimple, impacts):
     """Semi-axes [m] and azimuth [rad] of every impact's dimple: (semi_major, semi_minor, azimuth), each (n,).
 
-    ``impacts`` has the columns diameter_m and v{x,y,z}_in_m_s.  Across the flight a dimple is as wide as a
-    normal impact of the same diameter and normal speed (``dimple.radius_for``); along it the sweep of
-    :func:`sweep_factors` makes it longer (by 6 % at 15 degrees and 60 m/s on 2024, 1 % at 45: oblique dimples are nearly
-    round), with the reference dimple's loading time scaled by the diameter (by similarity; its weak fall with speed
-    is left out).  The shift of the ellipse's centre is left out too:
-    equal impacts share it, so that it moves the pattern and leaves the coverage alone.
+    ``impacts``: rows of a log, in the window's own coordinates (``glue.surface.window``).  Across the flight a
+    dimple is as wide as a normal impact of the same shot and normal speed (``dimple.radius_for``); along the
+    tangential velocity the sweep of :func:`sweep_factors` makes it longer (by 6 % at 15 degrees and 60 m/s on
+    2024, 1 % at 45: oblique dimples are nearly round), with the reference dimple's loading time scaled by the
+    diameter and the root of the density (by similarity; its weak fall with speed is left out).  The shift of
+    the ellipse's centre is left out too: equal impacts share it, so that it moves the pattern and leaves the
+    coverage alone.
     """
-    diameter = np.asarray(impacts["diameter_m"], dtype=float)
-    vx, vy = np.asarray(impacts["vx_in_m_s"], dtype=float), np.asarray(impacts["vy_in_m_s"], dtype=float)
-    semi_minor = np.asarray(dimple.radius_for(diameter, -np.asarray(impacts["vz_in_m_s"], dtype=float)))
-    loading_time = dimple.contact_time_s / CONTACT_OVER_LOADING * diameter / dimple.diameter_m
+    diameter, density = (np.asarray(impacts[name], dtype=float) for name in ("diameter_m", "density_kg_m3"))
+    along = tangential_velocity_m_s(impacts)
+    semi_minor = np.asarray(dimple.radius_for(diameter, normal_speed_m_s(impacts), density))
+    heavier = np.sqrt(density / dimple.density_kg_m3)
+    loading_time = dimple.contact_time_s / CONTACT_OVER_LOADING * diameter / dimple.diameter_m * heavier
     with np.errstate(divide="ignore", invalid="ignore"):
-        sweep = np.where(semi_minor > 0.0, 2.0 * np.hypot(vx, vy) * loading_time / semi_minor, 0.0)
+        speed = np.sqrt((along**2).sum(axis=-1))
+        sweep = np.where(semi_minor > 0.0, 2.0 * speed * loading_time / semi_minor, 0.0)
     lead, trail = sweep_factors(sweep)
-    return semi_minor * np.maximum(0.5 * (lead + trail), 1.0), semi_minor, np.arctan2(vy, vx)
+    azimuth = np.arctan2(along[:, 1], along[:, 0])
+    return semi_minor * np.maximum(0.5 * (lead + trail), 1.0), semi_minor, azimuth
 
 
 def _check(columns, window_m, spacing_m):

@@ -31,6 +31,7 @@ import numba
 import numpy as np
 
 from glue.errors import InputError
+from glue.flow.impacts import normal_speed_m_s
 
 # Depth, in dimple radii, over which the work is spread in (3): fitted to the growth in the tests (Sa changes
 # by 6 % between 1 and 2).  At 2, p_1 = .182 for the reference impact; the mean equivalent plastic strain of
@@ -100,13 +101,13 @@ def volume_ratio(flow_stress_Pa, work_density_Pa: float, counts: int = MAX_COUNT
 def height_map(impacts, dimple, window_m, spacing_m: float, *, flow_stress_Pa):
     """Height map (x_m (nx,), y_m (ny,), z_m (ny, nx)) [m] of a window centred on the origin, z = 0 untouched.
 
-    impacts: columns x_m, y_m, time_s, vz_in_m_s, diameter_m, those outside the window that
-    reach in included; dimple: see :func:`stamp_of`, with ``radius_for(diameter_m, normal_speed_m_s)``,
-    restitution and the diameter, density and speed it was solved for; spacing_m: largest distance of points;
-    flow_stress_Pa: the material law in use, as for :func:`volume_ratio`.
+    impacts: rows of a log in the window's own coordinates (``glue.surface.window``), those outside the window
+    that reach in included; dimple: see :func:`stamp_of`, with ``radius_for(diameter_m, normal_speed_m_s,
+    density_kg_m3)``, restitution and the diameter, density and speed it was solved for; spacing_m: largest
+    distance of points; flow_stress_Pa: the material law in use, as for :func:`volume_ratio`.
 
-    Other sizes and speeds scale the stamp: lengths across with the radius a, the cap's radius with the shot
-    diameter D, heights with a^2/D.  Raises InputError.
+    Other sizes, densities and speeds scale the stamp: lengths across with the radius a, the cap's radius with
+    the shot diameter D, heights with a^2/D.  Raises InputError.
     """
     width, height = window_m
     if not (spacing_m > 0.0 and width > 0.0 and height > 0.0 and math.isfinite(width * height / spacing_m)):
@@ -116,12 +117,12 @@ def height_map(impacts, dimple, window_m, spacing_m: float, *, flow_stress_Pa):
     stamp = stamp_of(dimple)
     order = np.argsort(impacts["time_s"], kind="stable")
     diameter = np.asarray(impacts["diameter_m"], dtype=float)[order]
-    speed = -np.asarray(impacts["vz_in_m_s"], dtype=float)[order]
-    x, y = (np.asarray(impacts[name], dtype=float)[order] for name in ("x_m", "y_m"))
-    finite = all(np.isfinite(column).all() for column in (x, y, diameter, speed))
+    speed = np.asarray(normal_speed_m_s(impacts), dtype=float)[order]
+    x, y, density = (np.asarray(impacts[name], dtype=float)[order] for name in ("x_m", "y_m", "density_kg_m3"))
+    finite = all(np.isfinite(column).all() for column in (x, y, diameter, speed, density))
     if not finite or (diameter <= 0.0).any() or (speed <= 0.0).any():
-        raise InputError("impacts: positions, sizes and speeds must be finite, and every shot must move down")
-    radius = np.asarray(dimple.radius_for(diameter, speed), dtype=float)
+        raise InputError("impacts: positions, sizes and speeds must be finite, and every shot must move into the target")
+    radius = np.asarray(dimple.radius_for(diameter, speed, density), dtype=float)
     largest = float(radius.max(initial=0.0))
     # Impacts that only reach in need their own earlier impacts too: the margin holds a whole disc more.
     margin = (PILE_REACH + CAP_REACH) * largest

@@ -1,7 +1,8 @@
 """The representative dimple: one finite-element impact, in SI units, with the law by which it scales.
 
-A rate-free material scales exactly with the diameter.  With the normal speed the radius follows a power
-law; its exponent is measured by a second impact at half the speed (.46-.47 for steel on 2024).
+A rate-free material scales exactly with the diameter, and for a rigid shot radius over diameter depends on
+density x speed^2 alone.  With the normal speed the radius and the restitution follow power laws; their
+exponents are measured by a second impact at half the speed (radius .46-.47 for steel on 2024).
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from glue.target.reduced_impact import ReducedImpact, copy_record, solve_reduced
 STRESS_DISC = (
     0.44  # layer stresses are means over a disc of this many dimple radii (r < .1 mm of the reference)
 )
-_SCHEMA = 1
+_SCHEMA = 2
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,7 @@ class Dimple:
     diameter_m: float
     density_kg_m3: float
     speed_exponent: float  # radius ~ speed^exponent
+    restitution_exponent: float  # restitution ~ speed^-exponent
     edge_peeq: float  # equivalent plastic strain just under the surface at the dimple's edge
     largest_peeq: float
     energy_error: float
@@ -53,9 +55,14 @@ class Dimple:
     peeq: np.ndarray  # (k,)
     sigma_rr_Pa: np.ndarray  # (k,)
 
-    def radius_for(self, diameter_m, normal_speed_m_s):
-        """Dimple radius [m] of a shot of ``diameter_m`` at ``normal_speed_m_s`` (floats or arrays; 0 for none)."""
+    def radius_for(self, diameter_m, normal_speed_m_s, density_kg_m3=None):
+        """Dimple radius [m] of a shot of ``diameter_m`` at ``normal_speed_m_s`` (floats or arrays; 0 for none).
+
+        ``density_kg_m3`` of the shot, default the dimple's: as if faster by the root of the densities' ratio.
+        """
         speed = np.maximum(np.asarray(normal_speed_m_s, dtype=float), 0.0) / self.speed_m_s
+        if density_kg_m3 is not None:
+            speed = speed * np.sqrt(np.asarray(density_kg_m3, dtype=float) / self.density_kg_m3)
         return (
             self.radius_m * np.asarray(diameter_m, dtype=float) / self.diameter_m * speed**self.speed_exponent
         )
@@ -114,8 +121,11 @@ def solve_dimple(
         )  # fmt: skip
         copy_record(runs[-1], workdir, name)
     full, half = runs
-    exponent = float(np.log2(zero_height_radius(full) / zero_height_radius(half)))
-    return to_si(full, speed_m_s, density_kg_m3, diameter_m, exponent, full.wall_s + half.wall_s)
+    exponents = (
+        float(np.log2(zero_height_radius(full) / zero_height_radius(half))),
+        float(np.log2(half.restitution / full.restitution)),
+    )
+    return to_si(full, speed_m_s, density_kg_m3, diameter_m, exponents, full.wall_s + half.wall_s)
 
 
 def to_si(
@@ -123,10 +133,10 @@ def to_si(
     speed_m_s: float,
     density_kg_m3: float,
     diameter_m: float,
-    exponent: float,
+    exponents: tuple[float, float],
     wall_s: float,
 ) -> Dimple:
-    """``impact`` for a shot of ``diameter_m``, with what is read off its fields."""
+    """``impact`` for a shot of ``diameter_m``, with what is read off its fields; exponents of radius, restitution."""
     R = 0.5 * diameter_m
     radius = zero_height_radius(impact)
     depth, stress = layer_stress(impact, STRESS_DISC * radius)
@@ -141,7 +151,8 @@ def to_si(
         speed_m_s=float(speed_m_s),
         diameter_m=float(diameter_m),
         density_kg_m3=float(density_kg_m3),
-        speed_exponent=exponent,
+        speed_exponent=exponents[0],
+        restitution_exponent=exponents[1],
         edge_peeq=edge_peeq(impact, radius),
         largest_peeq=largest_peeq(impact),
         energy_error=impact.energy_error,

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from glue.errors import InputError
+from glue.flow.impacts import normal_speed_m_s
 
 # Impacts that bring less than this share of the nominal normal energy leave dimples finer than the cell's
 # elements (radius under a quarter of the nominal one); they are left out and their share is reported.
@@ -30,9 +31,9 @@ class Patch(NamedTuple):
 
 
 def normal_energy_J(impacts: np.ndarray) -> np.ndarray:
-    """Kinetic energy of each impact's normal motion [J], (n,): mass (pi/6 rho d^3) times v_z^2 / 2."""
+    """Kinetic energy of each impact's normal motion [J], (n,): mass (pi/6 rho d^3) times (v . n)^2 / 2."""
     mass = impacts["density_kg_m3"] * math.pi / 6.0 * impacts["diameter_m"] ** 3
-    return 0.5 * mass * impacts["vz_in_m_s"] ** 2
+    return 0.5 * mass * normal_speed_m_s(impacts) ** 2
 
 
 def choose_patch(impacts: np.ndarray, dimple, window_m: tuple[float, float], side_m: float) -> Patch:
@@ -47,7 +48,7 @@ def choose_patch(impacts: np.ndarray, dimple, window_m: tuple[float, float], sid
             f"target.window_m: {window_m[0]:g} x {window_m[1]:g} m is smaller than the target's cell of {side_m:.3g} m "
             "(accuracy.cell_side_in_radii dimple radii); allowed: at least one cell"
         )
-    radius = dimple.radius_for(impacts["diameter_m"], -impacts["vz_in_m_s"])
+    radius = dimple.radius_for(impacts["diameter_m"], normal_speed_m_s(impacts), impacts["density_kg_m3"])
     area = math.pi * radius**2
     x, y = impacts["x_m"], impacts["y_m"]
     in_window = (abs(x) <= 0.5 * window_m[0]) & (abs(y) <= 0.5 * window_m[1])

@@ -25,7 +25,14 @@ def log():
             else rng.normal(size=50) * 10.0 ** rng.integers(-9, 9)
         )
     rows["peak_force_N"][3] = np.nan  # models without forces
-    rows["vz_in_m_s"] = -abs(rows["vz_in_m_s"])  # impacts fall
+    for name in ("nx", "ny", "nz"):
+        rows[name] = rng.normal(size=50)
+    length = np.sqrt(sum(rows[name] ** 2 for name in ("nx", "ny", "nz")))
+    for name in ("nx", "ny", "nz"):
+        rows[name] /= length
+    into = -np.sign(sum(rows[f"v{a}_in_m_s"] * rows[f"n{a}"] for a in "xyz"))
+    for name in ("vx_in_m_s", "vy_in_m_s", "vz_in_m_s"):
+        rows[name] *= into  # impacts move into the target
     return rows
 
 
@@ -97,17 +104,38 @@ def test_numbers_of_the_stream():
     rows = np.zeros(4, impacts.COLUMNS)
     rows["shot_id"] = [3, 5, 3, 7]  # shot 3 strikes twice: its second impact is no first one
     rows["collisions_before"] = [0, 2, 1, 0]
-    rows["vz_in_m_s"] = [-60.0, -30.0, -10.0, -60.0]
+    rows["vz_in_m_s"], rows["nz"] = [-60.0, -30.0, -10.0, -60.0], 1.0
     got = impacts.stream_numbers(rows, 60.0)
     assert got["impacts"] == 4 and got["mean_normal_speed_m_s"] == 40.0
     assert got["collided_fraction"] == pytest.approx(1 / 3)
     assert got["mean_normal_energy_fraction"] == pytest.approx((1 + 0.25 + 1 / 36 + 1) / 4)
     assert impacts.stream_numbers(rows[:0], 60.0)["collided_fraction"] is None
+    rows["nozzle_id"] = [0, 1, 0, 1]  # each against its own nozzle: 60, 30 m/s
+    got = impacts.stream_numbers(rows, [60.0, 30.0])
+    assert got["mean_normal_energy_fraction"] == pytest.approx((1 + 1 + 1 / 36 + 4) / 4)
+
+
+def test_normal_and_tangential_parts_of_a_velocity():
+    """(3, 0, -4) on a slope whose normal is (.6, 0, .8): 1.4 into it, the rest along (.8, 0, -.6)."""
+    rows = np.zeros(1, impacts.COLUMNS)
+    rows["vx_in_m_s"], rows["vz_in_m_s"], rows["nx"], rows["nz"] = 3.0, -4.0, 0.6, 0.8
+    assert impacts.normal_speed_m_s(rows) == pytest.approx(1.4)
+    assert impacts.tangential_velocity_m_s(rows)[0] == pytest.approx([4.8 * 0.8, 0.0, -4.8 * 0.6])
 
 
 @pytest.mark.parametrize("speed", [0.0, 3.0, np.nan])
-def test_an_impact_that_does_not_fall_is_refused(log, tmp_path, speed):
-    log["vz_in_m_s"][4] = speed
+def test_an_impact_that_does_not_move_into_the_target_is_refused(log, tmp_path, speed):
+    log["vx_in_m_s"][4] = log["vy_in_m_s"][4] = log["nx"][4] = log["ny"][4] = 0.0
+    log["nz"][4], log["vz_in_m_s"][4] = 1.0, speed
     impacts.write_impacts(tmp_path / "i.csv", log, {})
-    with pytest.raises(InputError, match="vz_in_m_s < 0"):
+    with pytest.raises(InputError, match="against its normal"):
+        impacts.read_impacts(tmp_path / "i.csv")
+
+
+@pytest.mark.parametrize("length", [0.0, 0.9, np.nan])
+def test_a_normal_that_is_no_unit_vector_is_refused(log, tmp_path, length):
+    for name in ("nx", "ny", "nz"):
+        log[name][7] *= length
+    impacts.write_impacts(tmp_path / "i.csv", log, {})
+    with pytest.raises(InputError, match="impact .* has a normal of length"):
         impacts.read_impacts(tmp_path / "i.csv")

@@ -107,12 +107,15 @@ def run(tmp_path):
         "speed_m_s": 60.0,
         "contact_time_s": 2e-6,
         "speed_exponent": 0.5,
+        "restitution_exponent": 0.25,
+        "density_kg_m3": 7800.0,
     }
     values = {f.name: arrays.get(f.name, numbers.get(f.name, 1.0)) for f in fields(Dimple)}
     Dimple(**values).save(tmp_path / "dimple" / "dimple.npz")
     impacts = np.zeros(9, dtype=COLUMNS)
     impacts["x_m"], impacts["time_s"] = np.linspace(-2e-3, 2e-3, 9), np.arange(9) / 3
     impacts["diameter_m"], impacts["vz_in_m_s"] = 1e-3, -60.0
+    impacts["density_kg_m3"], impacts["nz"] = 7800.0, 1.0
     (tmp_path / "flow").mkdir(exist_ok=True)
     write_impacts(tmp_path / "flow" / "impacts.csv", impacts, {"scene_hash": "0", "model": "none"})
     (tmp_path / "coverage.csv").write_text("time_s,coverage,avrami\n0,0,0\n1.5,0.4,0.5\n3,0.99,0.98\n")

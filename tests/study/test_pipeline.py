@@ -295,7 +295,7 @@ def test_a_scene_that_a_later_stage_refuses_costs_no_time(stubs, tmp_path):
 def test_check_and_run_refuse_a_stream_that_cannot_be_drawn(tmp_path):
     """A jet one shot wide: the share of its volume says nothing, drawing does."""
     scene = read_scene(example_path("al2024-s390"))
-    dense = dataclasses.replace(scene, nozzle=dataclasses.replace(scene.nozzle, jet_diameter_m=1e-3))
+    dense = dataclasses.replace(scene, nozzles=(dataclasses.replace(scene.nozzle, jet_diameter_m=1e-3),))
     with pytest.raises(InputError, match="too dense"):
         check(dense)
     from glue.study.stages import STAGES

@@ -27,9 +27,11 @@ def work(tmp_path, monkeypatch):
         impacts = np.zeros(len(rows), COLUMNS)
         impacts["time_s"], impacts["x_m"] = np.array(rows, dtype=float).reshape(-1, 2).T
         impacts["vz_in_m_s"], impacts["diameter_m"] = -60.0, 1e-3
+        impacts["density_kg_m3"], impacts["nz"] = 7800.0, 1.0
         dimple = SimpleNamespace(
-            radius_m=RADIUS, contact_time_s=2e-6, diameter_m=1e-3, restitution=restitution,
-            radius_for=lambda d, v: np.full(np.shape(d), RADIUS),
+            radius_m=RADIUS, contact_time_s=2e-6, diameter_m=1e-3, density_kg_m3=7800.0, speed_m_s=60.0,
+            restitution=restitution, restitution_exponent=0.25,
+            radius_for=lambda d, v, rho: np.full(np.shape(d), RADIUS),
         )  # fmt: skip
         monkeypatch.setattr(stages, "load_impacts", lambda path: impacts)
         monkeypatch.setattr(stages, "load_dimple", lambda path: dimple)
@@ -67,7 +69,7 @@ def test_coverage_of_two_impacts(work, tmp_path):
 def test_full_coverage_is_timed_by_the_impact_that_completes_it(work, tmp_path):
     job = work([(0.25, 0.0), (1.75, 0.0)])
     wide = job.scene.target.window_m
-    stages.load_dimple(None).radius_for = lambda d, v: np.array([1e-4, max(wide)])
+    stages.load_dimple(None).radius_for = lambda d, v, rho: np.array([1e-4, max(wide)])
     found = stages.coverage_stage(job)[0]["coverage"]
     assert (found["final"], found["time_98_s"]) == (1.0, 1.75)
     assert 1.75 in np.loadtxt(tmp_path / "coverage.csv", delimiter=",", skiprows=1)[:, 0]

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-IMPACT_COLUMNS = ("x_m", "y_m", "time_s", "vx_in_m_s", "vy_in_m_s", "vz_in_m_s", "diameter_m")
+from glue.flow.impacts import COLUMNS
 
 
 @pytest.fixture(scope="session")
@@ -30,19 +30,22 @@ def dimple():
         speed_exponent=0.5,
         profile_r_m=r,
         profile_z_m=np.where(r < a, dent, crest * rise * fall),
-        radius_for=lambda d, v: a * np.asarray(d) / 1e-3 * (np.asarray(v) / 60.0) ** 0.5,
+        radius_for=lambda d, v, rho=7800.0: (
+            a * np.asarray(d) / 1e-3 * (np.asarray(v) / 60.0 * np.sqrt(np.asarray(rho) / 7800.0)) ** 0.5
+        ),
     )
 
 
 @pytest.fixture(scope="session")
 def make_impacts():
-    """make_impacts(x_m, y_m, speed_m_s=60, diameter_m=1e-3, time_s=0, 1, 2, ...) -> impact rows (n,)."""
+    """make_impacts(x_m, y_m, speed_m_s=60, diameter_m=1e-3, time_s=0, 1, 2, ..., density_kg_m3=7800) -> impact rows (n,)."""
 
-    def make(x_m, y_m, speed_m_s=60.0, diameter_m=1e-3, time_s=None):
-        rows = np.zeros(len(x_m), dtype=[(name, float) for name in IMPACT_COLUMNS])
+    def make(x_m, y_m, speed_m_s=60.0, diameter_m=1e-3, time_s=None, density_kg_m3=7800.0):
+        rows = np.zeros(len(x_m), COLUMNS)
         rows["x_m"], rows["y_m"] = x_m, y_m
         rows["time_s"] = np.arange(len(x_m)) if time_s is None else time_s
-        rows["vz_in_m_s"], rows["diameter_m"] = -speed_m_s, diameter_m
+        rows["vz_in_m_s"], rows["nz"] = -speed_m_s, 1.0
+        rows["diameter_m"], rows["density_kg_m3"] = diameter_m, density_kg_m3
         return rows
 
     return make

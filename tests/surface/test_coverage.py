@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from glue.errors import InputError
+from glue.flow.impacts import COLUMNS
 from glue.surface import coverage
 from glue.theory import avrami
 
@@ -168,13 +169,18 @@ DIMPLE = SimpleNamespace(
     contact_time_s=2e-6,
     diameter_m=1e-3,
     speed_m_s=60.0,
-    radius_for=lambda d, v: 0.227 * np.asarray(d) * np.sqrt(np.asarray(v) / 60.0),
+    density_kg_m3=7800.0,
+    radius_for=lambda d, v, rho: 0.227 * np.asarray(d) * np.sqrt(np.asarray(v) / 60.0) * (np.asarray(rho) / 7800) ** 0.25,
 )
 
 
-def impacts(rows):
-    columns = [(name, float) for name in ("diameter_m", "vx_in_m_s", "vy_in_m_s", "vz_in_m_s")]
-    return np.array(rows, dtype=columns)
+def impacts(rows, normal=(0.0, 0.0, 1.0), density_kg_m3=7800.0):
+    log = np.zeros(len(rows), COLUMNS)
+    for name, column in zip(("diameter_m", "vx_in_m_s", "vy_in_m_s", "vz_in_m_s"), np.array(rows).T, strict=True):
+        log[name] = column
+    log["nx"], log["ny"], log["nz"] = normal
+    log["density_kg_m3"] = density_kg_m3
+    return log
 
 
 def test_normal_impact_is_a_circle():
@@ -202,3 +208,26 @@ def test_oblique_dimple_lengthens_along_the_flight_only():
     assert major == pytest.approx(minor * (lead + trail) / 2, rel=1e-12)
     assert major[0] > minor[0]
     assert azimuth == pytest.approx([math.pi / 2, math.pi])
+
+
+def test_speeds_are_those_against_the_local_normal():
+    """A shot that falls straight down on a slope of 60 degrees strikes at half its speed and slides along the slope."""
+    tilt = math.radians(60.0)
+    rows = impacts([(1e-3, 0.0, 0.0, -60.0)], (math.sin(tilt), 0.0, math.cos(tilt)))
+    major, minor, azimuth = coverage.dimple_semi_axes(DIMPLE, rows)
+    assert minor == pytest.approx(0.227e-3 * math.sqrt(0.5), rel=1e-12)
+    lead, trail = coverage.sweep_factors(60.0 * math.sin(tilt) * 2 * 2e-6 / 1.35 / minor)
+    assert major == pytest.approx(minor * (lead + trail) / 2, rel=1e-12)
+    assert azimuth == pytest.approx(0.0, abs=1e-12)  # downhill
+
+
+def test_a_lighter_shot_is_a_slower_one():
+    """Glass at 60 m/s and steel at 60 sqrt(2500/7800): one density x speed^2, one normal dimple."""
+    glass = coverage.dimple_semi_axes(DIMPLE, impacts([(1e-3, 0.0, 0.0, -60.0)], density_kg_m3=2500.0))
+    steel = coverage.dimple_semi_axes(DIMPLE, impacts([(1e-3, 0.0, 0.0, -60.0 * math.sqrt(2500 / 7800))]))
+    assert glass[1] == pytest.approx(steel[1], rel=1e-12)
+    # and the same shape when thrown at the same angle: the sweep has no other scale
+    glass = coverage.dimple_semi_axes(DIMPLE, impacts([(1e-3, 100.0, 0.0, -60.0)], density_kg_m3=2500.0))
+    scale = math.sqrt(2500 / 7800)
+    steel = coverage.dimple_semi_axes(DIMPLE, impacts([(1e-3, 100.0 * scale, 0.0, -60.0 * scale)]))
+    assert glass[0] == pytest.approx(steel[0], rel=1e-12) and glass[0] > 1.01 * glass[1]

@@ -17,6 +17,7 @@ def dimple(radius_m: float = 227e-6, speed_m_s: float = 60.0, exponent: float = 
     return Dimple(
         radius_m=radius_m, depth_m=52.4e-6, crest_radius_m=250e-6, restitution=0.34, peak_force_N=261.0,
         contact_time_s=2.1e-6, speed_m_s=speed_m_s, diameter_m=1e-3, density_kg_m3=7800.0, speed_exponent=exponent,
+        restitution_exponent=0.25,
         edge_peeq=0.2, largest_peeq=0.4, energy_error=0.0, dofs=1, wall_s=0.0, profile_r_m=one, profile_z_m=one, layer_depth_m=one,
         layer_stress_Pa=one, points_m=np.zeros((3, 2)), triangles=np.zeros((1, 3), int), peeq=one, sigma_rr_Pa=one,
     )  # fmt: skip
@@ -27,6 +28,7 @@ def impacts(x_m, y_m, speed_m_s=60.0, diameter_m=1e-3) -> np.ndarray:
     x_m = np.asarray(x_m, float)
     log = np.zeros(x_m.size, dtype=COLUMNS)
     log["x_m"], log["y_m"], log["vz_in_m_s"] = x_m, y_m, -np.asarray(speed_m_s, float)
+    log["nz"] = 1.0
     log["diameter_m"], log["density_kg_m3"], log["time_s"] = diameter_m, 7800.0, 1e-3 * np.arange(x_m.size)
     return log
 

@@ -70,6 +70,9 @@ def test_radius_scales_with_diameter_and_speed():
     assert d.radius_for(2e-3, 60.0) == pytest.approx(2 * 227e-6)
     assert d.radius_for(1e-3, 15.0) == pytest.approx(0.5 * 227e-6)
     assert d.radius_for(np.array([1e-3, 1e-3]), np.array([-5.0, 0.0])).tolist() == [0.0, 0.0]
+    # only density x speed^2 counts: a quarter of the density is half the speed
+    assert d.radius_for(1e-3, 60.0, 7800.0 / 4) == pytest.approx(d.radius_for(1e-3, 30.0), rel=1e-12)
+    assert d.radius_for(1e-3, 60.0, 7800.0) == d.radius_for(1e-3, 60.0)
 
 
 def test_save_and_load_round_trip(tmp_path):

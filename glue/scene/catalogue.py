@@ -6,6 +6,7 @@ numbers into the scene, so that a report can say how far to trust them.  Standar
 
 from __future__ import annotations
 
+import dataclasses
 import difflib
 import functools
 import tomllib
@@ -13,6 +14,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from glue.errors import InputError
+from glue.scene import sizes
 from glue.scene.model import CombinedHardening, JohnsonCook, Material, Shots
 from glue.theory.hardening import bounded_law
 
@@ -62,6 +64,24 @@ def shot_grades() -> list[str]:
     return [grade for medium in shot_tables().values() for grade in medium["sizes"]["diameter_m"]]
 
 
+def sieve_grades() -> list[str]:
+    """Every grade whose screening limits are in the file."""
+    return [grade for medium in shot_tables().values() for grade in medium.get("screens", {}).get("limits", {})]
+
+
+def sieve_of(limits: dict) -> tuple[tuple[float, float], ...]:
+    """(opening [m], mass share finer) from fine to coarse: one size distribution for what a standard allows.
+
+    ``limits`` holds what must pass whole (``all_pass_m``), what at most and at least may stay on sieves
+    (``at_most``, ``at_least``: [opening, share]), and the next finer sieve (``pan_m``).  Each allowance is taken at its
+    middle: half of what "at most" allows stays there, and half of what "at least" leaves passes; what passes the
+    finest sieve is taken to stay on the next.
+    """
+    middles = [(opening, 1.0 - 0.5 * share) for opening, share in limits.get("at_most", [])]
+    middles += [(opening, 0.5 * (1.0 - share)) for opening, share in limits["at_least"]]
+    return tuple(sorted([(limits["pan_m"], 0.0), *middles, (limits["all_pass_m"], 1.0)]))
+
+
 @functools.cache
 def material(key: str) -> Material:
     """Material ``key`` of the catalogue; :class:`InputError` with the nearest name when there is none."""
@@ -100,24 +120,33 @@ def derived_combined(johnson_cook: JohnsonCook) -> CombinedHardening:
 
 @functools.cache
 def shot(grade: str, size: str = "mono", size_cv: float | None = None) -> Shots:
-    """Shots of ``grade``: each of the nominal diameter ("mono"), or spread about their mean ("distribution").
+    """Shots of ``grade``: each of the nominal diameter ("mono"), spread about their mean ("distribution"), or
+    between the sieves of the grade's standard ("sieve").
 
     ``size_cv`` replaces the catalogue's coefficient of variation of the diameter.
-    :class:`InputError` with the nearest name when there is no such grade.
+    :class:`InputError` with the nearest name when there is no such grade, or none with screening limits.
     """
     media = [medium for medium, table in shot_tables().items() if grade in table["sizes"]["diameter_m"]]
     if not media:
         raise InputError(not_in_catalogue("shot grade", grade, shot_grades()))
     medium = media[0]
     table = shot_tables()[medium]
-    substance, sizes, spread = table["material"], table["sizes"], table["spread"]
-    parts = {"material": substance, "diameter": sizes} | (
-        {"spread": spread} if size == "distribution" else {}
-    )
-    nominal = sizes["diameter_m"][grade]
-    return Shots(
+    substance, nominal_sizes, spread = table["material"], table["sizes"], table["spread"]
+    parts = {"material": substance}
+    diameter_m, sieve = nominal_sizes["diameter_m"][grade], ()
+    if size == "sieve":
+        if grade not in sieve_grades():
+            raise InputError(not_in_catalogue("shot grade with screening limits", grade, sieve_grades()))
+        parts["sieve"] = table["screens"]
+        sieve = sieve_of(table["screens"]["limits"][grade])
+    else:
+        parts["diameter"] = nominal_sizes
+    if size == "distribution":
+        parts["spread"] = spread
+        diameter_m *= spread["mean_over_nominal"]
+    shots = Shots(
         grade=grade,
-        diameter_m=nominal * spread["mean_over_nominal"] if size == "distribution" else nominal,
+        diameter_m=diameter_m,
         density_kg_m3=substance["density_kg_m3"],
         E_Pa=substance["E_Pa"],
         nu=substance["nu"],
@@ -126,4 +155,6 @@ def shot(grade: str, size: str = "mono", size_cv: float | None = None) -> Shots:
         medium=medium,
         source="; ".join(f"{part}: {t['source']} (grade {t['grade']})" for part, t in parts.items()),
         evidence=worst_grade(t["grade"] for t in parts.values()),
+        sieve=sieve,
     )
+    return dataclasses.replace(shots, diameter_m=sizes.mean_m(shots))

@@ -1,22 +1,64 @@
 """Checks between keys that are each fine alone, and the closed-form estimates that they need.
 
-Every check yields ``(key path, sentence)`` for each problem it finds.  Standard library only.
+Every check yields ``(key path, sentence)`` for each problem it finds, over all media and nozzles of the scene.
+Standard library only.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import combinations_with_replacement
 
-from glue.scene import sizes
+from glue.scene import reach, sizes
 from glue.scene.fields import show
-from glue.scene.model import Accuracy, Material, Nozzle, Shots
+from glue.scene.model import Accuracy, Material, Nozzle, Restitution, Shots, Target
 from glue.scene.presets import CELL_DEPTH_IN_RADII
+from glue.scene.reach import inlet_clearance_m, inlet_clearance_problem  # noqa: F401, the flow's checks ask here
 from glue.scene.schema import MAX_RASTER_POINTS, MAX_SHOTS, MAX_VOLUME_FRACTION
 
 Problem = tuple[str, str]
+Media = tuple[Shots, ...]
+Nozzles = tuple[Nozzle, ...]
 MIN_STEPS_PER_CONTACT = 9.0  # shot on shot at dt = 1.0 P: 13.7 at 60 m/s, 12 at twice the speed
 MAX_OVERLAP = 0.3  # of the radius; beyond, the flow's contact law means nothing
+FLATTEST_DEG = 2.0  # every shot of a diverging jet must come down at least so steeply
+MAX_FEED_OVER_SPEED = 0.05  # shots leave a moving nozzle as one at rest
+GAUSSIAN_PEAK = 2.0 / -math.expm1(-2.0)  # middle over mean of a Gaussian of sd W/4 cut at W/2
+DIMPLE_REBOUND = 0.5  # more than a dimple that presses a shot deep gives back
+
+
+def problems(media, nozzles, target, restitution, models, accuracy, exposure_time_s) -> Iterator[Problem]:
+    """All checks between the parts of a scene, as far as these could be read (None: could not)."""
+    if not nozzles:
+        return
+    flows_in_yade = models is None or models.flow.model in ("auto", "dem")
+    sound = True
+    for name, nozzle in named(nozzles):
+        found = [*nozzle_problems(name, nozzle, exposure_time_s), *(jet_problems(name, media, nozzle) if media else ())]
+        sound &= not any(key.endswith(("divergence_half_angle_deg", "jet_diameter_m")) for key, _ in found)
+        yield from found
+    if not media:
+        return
+    if exposure_time_s:
+        yield from count_problems(media, nozzles, exposure_time_s)
+    if not target:
+        return
+    if accuracy and flows_in_yade:
+        yield from contact_problems(media, nozzles, target.material, accuracy, restitution)
+    if target.thickness_m:
+        yield from thickness_problems(media, nozzles, target.material, target.thickness_m)
+    if sound:
+        yield from window_problems(media, nozzles, target.window_m)
+    if accuracy:
+        yield from resolution_problems(media, nozzles, target.material, target.window_m, accuracy)
+    yield from surface_problems(media, target)
+
+
+def named(nozzles: Nozzles) -> Iterator[tuple[str, Nozzle]]:
+    """(key path, nozzle) for each."""
+    for number, nozzle in enumerate(nozzles, start=1):
+        yield ("nozzle" if len(nozzles) == 1 else f"nozzle[{number}]"), nozzle
 
 
 def estimated_dimple_radius_m(shots: Shots, normal_speed_m_s: float, material: Material) -> float:
@@ -29,151 +71,250 @@ def estimated_dimple_radius_m(shots: Shots, normal_speed_m_s: float, material: M
     return 0.465 * shots.diameter_m * (shots.density_kg_m3 * normal_speed_m_s**2 / yield_Pa) ** 0.25
 
 
-def largest_diameter_m(shots: Shots) -> float:
-    """Diameter [m] that shots do not exceed in practice: the mean plus three standard deviations."""
-    return shots.diameter_m * (1.0 + (3.0 * shots.size_cv if shots.size == "distribution" else 0.0))
+def dimple_radii_m(media: Media, nozzles: Nozzles, material: Material) -> tuple[float, float]:
+    """(smallest, largest) estimate of the dimple radius [m] of a mean shot, over media and nozzles."""
+    radii = [estimated_dimple_radius_m(s, n.normal_speed_m_s, material) for s in media for n in nozzles]
+    return min(radii), max(radii)
 
 
 def volume_fraction(shots: Shots, nozzle: Nozzle) -> float:
-    """Share of the jet's volume that is shot: mass flow over density x jet cross-section x speed."""
+    """Mean share of the jet's volume at the exit if all of the nozzle's mass flow were these shots.
+
+    Mass flow over density x exit area x speed.  A mixture fills the sum over its media, by their mass fractions.
+    """
     section_m2 = math.pi / 4.0 * nozzle.jet_diameter_m**2
     return nozzle.mass_flow_kg_s / (shots.density_kg_m3 * section_m2 * nozzle.speed_m_s)
 
 
-def jet_problems(shots: Shots, nozzle: Nozzle) -> Iterator[Problem]:
-    """The jet against its own shots and against the target's surface."""
-    diameter = largest_diameter_m(shots)
+def mixture_volume_fraction(media: Media, nozzle: Nozzle) -> float:
+    """Mean share of the jet's volume at the exit that is shot."""
+    return sum(shots.mass_fraction * volume_fraction(shots, nozzle) for shots in media)
+
+
+def nozzle_problems(name: str, nozzle: Nozzle, exposure_time_s: float | None) -> Iterator[Problem]:
+    """One nozzle's numbers against each other."""
+    if nozzle.impact_angle_deg - nozzle.divergence_half_angle_deg < FLATTEST_DEG:
+        yield (
+            f"{name}.divergence_half_angle_deg",
+            f"{show(nozzle.divergence_half_angle_deg)} deg sends the jet's upper edge off less than {show(FLATTEST_DEG)} "
+            f"deg below level at this impact angle, so that shots pass over the target; allowed 0.."
+            f"{show(nozzle.impact_angle_deg - FLATTEST_DEG)} deg",
+        )
+    if nozzle.feed and nozzle.feed.speed_m_s > MAX_FEED_OVER_SPEED * nozzle.speed_m_s:
+        yield (
+            f"{name}.feed_speed_m_s",
+            f"{show(nozzle.feed.speed_m_s)} m/s is not slow against the shots: they leave as from a nozzle at rest; "
+            f"allowed up to {show(MAX_FEED_OVER_SPEED * nozzle.speed_m_s)} m/s with this speed_m_s",
+        )
+    if nozzle.pulse and exposure_time_s and nozzle.pulse.frequency_Hz * exposure_time_s < 1.0 - 1e-9:
+        yield (
+            f"{name}.pulse_frequency_Hz",
+            f"{show(nozzle.pulse.frequency_Hz)} Hz is less than one period in {show(exposure_time_s)} s, over which "
+            f"mass_flow_kg_s is no mean; allowed from {show(1.0 / exposure_time_s)} Hz up",
+        )
+
+
+def jet_problems(name: str, media: Media, nozzle: Nozzle) -> Iterator[Problem]:
+    """A jet against its own shots and against the target's surface."""
+    diameter = max(sizes.largest_m(shots) for shots in media)
     if nozzle.jet_diameter_m < diameter:
         yield (
-            "nozzle.jet_diameter_m",
+            f"{name}.jet_diameter_m",
             f"{show(nozzle.jet_diameter_m)} m is narrower than one shot; allowed from {show(diameter)} m up",
         )
         return
-    fraction = volume_fraction(shots, nozzle)
+    peak = (nozzle.pulse.peak if nozzle.pulse else 1.0) * (GAUSSIAN_PEAK if nozzle.profile == "gaussian" else 1.0)
+    fraction = peak * mixture_volume_fraction(media, nozzle)
     if fraction > MAX_VOLUME_FRACTION:
         most = nozzle.mass_flow_kg_s * MAX_VOLUME_FRACTION / fraction
+        where = " where and when it is densest" if peak > 1.0 else ""
         yield (
-            "nozzle.mass_flow_kg_s",
-            f"shots would fill {show(100.0 * fraction)} % of the jet's volume, more than a stream of "
+            f"{name}.mass_flow_kg_s",
+            f"shots would fill {show(100.0 * fraction)} % of the jet's volume{where}, more than a stream of "
             f"separate shots can; allowed up to {show(most)} kg/s with this jet_diameter_m and speed_m_s",
         )
-    angle = math.radians(nozzle.impact_angle_deg)
-    # The exit is a disc across the jet: its lowest edge, with a shot there, must be above the surface.
-    reach = 0.5 * nozzle.jet_diameter_m * max(math.cos(angle), 0.0) + 0.5 * diameter
-    if nozzle.stand_off_m * math.sin(angle) <= reach:
-        yield (
-            "nozzle.stand_off_m",
-            f"{show(nozzle.stand_off_m)} m puts the edge of the nozzle's exit into the target at this angle; "
-            f"allowed above {show(reach / math.sin(angle))} m",
-        )
+    if problem := inlet_clearance_problem(nozzle, diameter):
+        yield f"{name}.stand_off_m", problem
 
 
-def steps_per_contact(shots: Shots, nozzle: Nozzle, material: Material, dt_over_P: float) -> float:
-    """How many of the flow's time steps the shortest contact lasts: Hertz, the smallest shot, no damping.
+def steps_per_contact(media: Media, nozzles: Nozzles, material: Material, dt_over_P: float) -> float:
+    """How many of the flow's time steps the shortest contact lasts: Hertz, no damping.
 
-    dt = dt_over_P times P = R sqrt(rho/E).  Two shots meet at most at twice the nozzle's speed; half the mass on
-    half the radius is a sphere of R/2 and four times the density on a half-space.
+    dt = dt_over_P times the least P = R sqrt(rho/E) of any shot.  Contacts are shortest between the smallest shots,
+    of one medium or of two, at up to twice the fastest shot's speed, or of those on the target at that speed.
     """
-    radius = 0.5 * sizes.smallest_m(shots)
-    p_wave_s = radius * math.sqrt(shots.density_kg_m3 / shots.E_Pa)
-    on_target = _contact_time_s(radius, shots.density_kg_m3, nozzle.speed_m_s, shots, material)
-    on_shot = _contact_time_s(0.5 * radius, 4.0 * shots.density_kg_m3, 2.0 * nozzle.speed_m_s, shots, shots)
-    return min(on_target, on_shot) / (dt_over_P * p_wave_s)
+    speed = _fastest_m_s(nozzles)
+    p_wave_s = min(0.5 * sizes.smallest_m(s) * math.sqrt(s.density_kg_m3 / s.E_Pa) for s in media)
+    on_target = (_contact(s, sizes.smallest_m(s), material, None, speed)[1] for s in media)
+    on_shot = (
+        _contact(a, sizes.smallest_m(a), b, sizes.smallest_m(b), 2.0 * speed)[1]
+        for a, b in combinations_with_replacement(media, 2)
+    )
+    return min(*on_target, *on_shot) / (dt_over_P * p_wave_s)
 
 
-def elastic_overlap(shots: Shots, nozzle: Nozzle, material: Material) -> float:
-    """Depth of the shot's elastic impact on the target at full speed, as a share of its radius (Hertz)."""
-    return _relative_depth(shots.density_kg_m3, nozzle.speed_m_s, shots, material)
+def elastic_overlap(media: Media, nozzles: Nozzles, material: Material) -> float:
+    """Depth of the deepest elastic impact on the target at full speed, as a share of the shot's radius (Hertz)."""
+    speed = _fastest_m_s(nozzles)
+    return max(2.0 * _contact(s, 1.0, material, None, speed)[0] for s in media)
 
 
-def _relative_depth(density_kg_m3: float, speed_m_s: float, a: Shots | Material, b: Shots | Material) -> float:
-    """Depth over radius, (5 pi rho v^2 / (4 E*))^(2/5): as ``glue.theory.hertz``, which needs numpy."""
+def shot_overlap(media: Media, nozzles: Nozzles, rebound: float) -> float:
+    """Depth of the deepest elastic impact of two shots over the smaller one's radius (Hertz).
+
+    They meet in flight, or one of them after the target threw it back with ``rebound`` times its normal speed.
+    """
+    speed = max(_meeting_speeds_m_s(nozzles, rebound))
+    return max(
+        2.0 * _contact(a, x, b, y, speed)[0] / min(x, y)
+        for a, b in combinations_with_replacement(media, 2)
+        for x in (sizes.smallest_m(a), sizes.largest_m(a))
+        for y in (sizes.smallest_m(b), sizes.largest_m(b))
+    )
+
+
+def _fastest_m_s(nozzles: Nozzles) -> float:
+    return max(nozzle.fastest_m_s for nozzle in nozzles)
+
+
+def _meeting_speeds_m_s(nozzles: Nozzles, rebound: float) -> Iterator[float]:
+    """Relative speeds [m/s] at which the fastest shots of two nozzles meet, coming or going."""
+    for a in nozzles:
+        for b in nozzles:
+            (ax, ay, az), (bx, by, bz) = a.direction, b.direction
+            v, w = a.fastest_m_s, b.fastest_m_s
+            flat = math.hypot(v * ax - w * bx, v * ay - w * by)
+            yield math.hypot(flat, v * az - w * bz)
+            yield math.hypot(flat, v * az + rebound * w * bz)
+
+
+def _contact(a: Shots, a_m: float, b: Shots | Material, b_m: float | None, speed_m_s: float) -> tuple[float, float]:
+    """(depth [m], time [s]) of an elastic impact of a sphere of diameter ``a_m`` on another, or (None) on a plane.
+
+    depth = (15 m v^2 / (16 E* R^(1/2)))^(2/5), time = 2.9432 depth / v, the factor 2 integral dx / sqrt(1 - x^2.5)
+    over 0..1; as ``glue.theory.hertz``, which needs numpy.
+    """
+    mass, radius = a.density_kg_m3 * math.pi / 6.0 * a_m**3, 0.5 * a_m
+    if b_m is not None:
+        other = b.density_kg_m3 * math.pi / 6.0 * b_m**3
+        mass, radius = mass * other / (mass + other), radius * b_m / (a_m + b_m)
     compliance = (1.0 - a.nu**2) / a.E_Pa + (1.0 - b.nu**2) / b.E_Pa  # 1/E*
-    return (1.25 * math.pi * density_kg_m3 * speed_m_s**2 * compliance) ** 0.4
-
-
-def _contact_time_s(radius_m, density_kg_m3, speed_m_s, a, b) -> float:
-    """2.9432 depth / v, the factor 2 integral dx / sqrt(1 - x^2.5) over 0..1."""
+    depth = (15.0 / 16.0 * mass * speed_m_s**2 * compliance / math.sqrt(radius)) ** 0.4
     factor = 0.8 * math.gamma(0.4) * math.gamma(0.5) / math.gamma(0.9)
-    return factor * radius_m * _relative_depth(density_kg_m3, speed_m_s, a, b) / speed_m_s
+    return depth, factor * depth / speed_m_s
 
 
 def contact_problems(
-    shots: Shots, nozzle: Nozzle, material: Material, accuracy: Accuracy
+    media: Media, nozzles: Nozzles, material: Material, accuracy: Accuracy, restitution: Restitution | None
 ) -> Iterator[Problem]:
-    """The flow's contacts must be shallow, and long enough for the preset's time step."""
-    speed = nozzle.speed_m_s
-    overlap = elastic_overlap(shots, nozzle, material)
-    if overlap >= MAX_OVERLAP:
-        most = speed * (MAX_OVERLAP / overlap) ** 1.25  # depth ~ speed^(4/5)
-        yield (
-            "nozzle.speed_m_s",
-            f"{show(speed)} m/s presses a shot {show(overlap)} of its radius into an elastic target, too deep for the "
-            f"flow's contact law; allowed below {show(most)} m/s with these materials",
-        )
-    steps = steps_per_contact(shots, nozzle, material, accuracy.flow_dt_over_P)
+    """YADE's contacts must be shallow, and long enough for the preset's time step."""
+    name, nozzle = max(named(nozzles), key=lambda pair: pair[1].fastest_m_s)
+    fastest = nozzle.fastest_m_s
+    said = f"{show(fastest)} m/s" + (" (the fastest by speed_cv)" if nozzle.speed_cv else "")
+    for overlap, how in (
+        (elastic_overlap(media, nozzles, material), "a shot {} of its radius into an elastic target"),
+        (shot_overlap(media, nozzles, _largest_rebound(restitution)), "two shots {} of a radius into each other"),
+    ):
+        if overlap >= MAX_OVERLAP:
+            most = nozzle.speed_m_s * (MAX_OVERLAP / overlap) ** 1.25  # depth ~ speed^(4/5)
+            yield (
+                f"{name}.speed_m_s",
+                f"{said} presses {how.format(show(overlap))}, too deep for the flow's contact law; allowed below "
+                f"{show(most)} m/s with these materials",
+            )
+    steps = steps_per_contact(media, nozzles, material, accuracy.flow_dt_over_P)
     if steps < MIN_STEPS_PER_CONTACT:
-        most = speed * (steps / MIN_STEPS_PER_CONTACT) ** 5  # contact time ~ speed^(-1/5)
+        most = nozzle.speed_m_s * (steps / MIN_STEPS_PER_CONTACT) ** 5  # contact time ~ speed^(-1/5)
         yield (
-            "nozzle.speed_m_s",
-            f"{show(speed)} m/s makes the shortest contact {steps:.1f} time steps long at preset "
+            f"{name}.speed_m_s",
+            f"{said} makes the shortest contact {steps:.1f} time steps long at preset "
             f'"{accuracy.preset}", fewer than {show(MIN_STEPS_PER_CONTACT)}; allowed up to {show(most)} m/s, or '
             "--accuracy reference",
         )
 
 
-def window_problems(shots: Shots, nozzle: Nozzle, window_m: tuple[float, float]) -> Iterator[Problem]:
-    """The window must be evenly peened: its corners, and the dimples that reach in, inside the footprint."""
-    margin = 0.5 * shots.diameter_m  # no dimple is wider than its shot
-    along, across = nozzle.footprint_semi_axes_m
-    if math.hypot((0.5 * window_m[0] + margin) / along, (0.5 * window_m[1] + margin) / across) > 1.0:
-        side = _largest_square_m(along, across, margin)
-        advice = f"a square window up to {show(side)} m" if side > 0.0 else "no window, the jet is too narrow"
-        yield (
-            "target.window_m",
-            f"{_size(window_m)} does not lie inside the jet's footprint (ellipse of "
-            f"{_size((2.0 * along, 2.0 * across))}) with half a shot diameter to spare; allowed: {advice}",
-        )
+def _largest_rebound(restitution: Restitution | None) -> float:
+    e = restitution.shot_target if restitution else DIMPLE_REBOUND
+    e = DIMPLE_REBOUND if isinstance(e, str) else e
+    return max(e, restitution.hardening.saturated) if restitution and restitution.hardening else e
+
+
+def window_problems(media: Media, nozzles: Nozzles, window_m: tuple[float, float]) -> Iterator[Problem]:
+    """One jet must peen the window evenly, with the dimples that reach in, and none may miss it."""
+    margin = 0.5 * max(sizes.largest_m(shots) for shots in media)  # no dimple is wider than its shot
+    missed = False
+    for name, nozzle in named(nozzles):
+        if reach.misses(nozzle, window_m):
+            missed = True
+            x, y = reach.middle_m(nozzle)
+            yield (
+                f"{name}.aim_m",
+                f"the jet's footprint, {_size(_footprint_m(nozzle))} about ({show(x)}, {show(y)}), misses the window of "
+                f"{_size(window_m)} about (0, 0) altogether; allowed: an aim_m, or feed, that brings them together",
+            )
+        elif nozzle.feed:
+            least = reach.needed_stroke_m(nozzle, window_m, margin)
+            if nozzle.feed.stroke_m < least * (1.0 - 1e-9):
+                yield (
+                    f"{name}.stroke_m",
+                    f"{show(nozzle.feed.stroke_m)} m does not carry the whole footprint over the window and off it, so "
+                    f"that its ends get more than its middle; allowed from {show(least)} m up (stroke_m, or what "
+                    "exposure_time_s and feed_speed_m_s make of it)",
+                )
+    if missed or any(reach.covers(nozzle, window_m, margin) for nozzle in nozzles):
+        return
+    side = max(reach.largest_square_m(nozzle, margin) for nozzle in nozzles)
+    advice = f"a square window up to {show(side)} m" if side > 0.0 else "no window, the jet is too narrow"
+    if len(nozzles) > 1:
+        whose = "the (swept) footprint of any one nozzle"
+    elif nozzles[0].feed:
+        whose = "what the passes sweep, side by side without a gap,"
+    else:
+        whose = f"the jet's footprint (ellipse of {_size(_footprint_m(nozzles[0]))})"
+    yield (
+        "target.window_m",
+        f"{_size(window_m)} does not lie inside {whose} with half a shot diameter to spare; allowed: {advice}",
+    )
+
+
+def _footprint_m(nozzle: Nozzle) -> tuple[float, float]:
+    ellipse = reach.footprint(nozzle)
+    return 2.0 * ellipse.along_m, 2.0 * ellipse.across_m
 
 
 def _size(sides_m: tuple[float, float]) -> str:
     return f"{show(sides_m[0])} x {show(sides_m[1])} m"
 
 
-def _largest_square_m(along: float, across: float, margin: float) -> float:
-    """Side [m] of the largest square that, grown by ``margin`` all round, fits the ellipse (< 0: none)."""
-    return 2.0 * (along * across / math.hypot(along, across) - margin)
-
-
 def resolution_problems(
-    shots: Shots, nozzle: Nozzle, material: Material, window_m: tuple[float, float], accuracy: Accuracy
+    media: Media, nozzles: Nozzles, material: Material, window_m: tuple[float, float], accuracy: Accuracy
 ) -> Iterator[Problem]:
-    """The window against the dimple: wide enough to carry coverage, narrow enough for one raster."""
-    radius = estimated_dimple_radius_m(shots, nozzle.normal_speed_m_s, material)
-    least = 1.05 * accuracy.cell_side_in_radii * radius  # 5 %: the error of the estimate
+    """The window against the dimples: wide enough to carry coverage, narrow enough for one raster."""
+    smallest, largest = dimple_radii_m(media, nozzles, material)
+    least = 1.05 * accuracy.cell_side_in_radii * largest  # 5 %: the error of the estimate
     if min(window_m) < least:
         yield (
             "target.window_m",
-            f"{show(min(window_m))} m is too narrow for dimples of about {show(radius)} m radius (estimate): "
+            f"{show(min(window_m))} m is too narrow for dimples of about {show(largest)} m radius (estimate): "
             f"the target's cell wants {show(accuracy.cell_side_in_radii)} radii; allowed from {show(least)} m up",
         )
-    spacing = radius / max(accuracy.coverage_points_per_radius, accuracy.stamp_points_per_radius)
+    spacing = smallest / max(accuracy.coverage_points_per_radius, accuracy.stamp_points_per_radius)
     points = window_m[0] * window_m[1] / spacing**2
     if points > MAX_RASTER_POINTS:
         widest = spacing * math.sqrt(MAX_RASTER_POINTS)
         yield (
             "target.window_m",
-            f"{_size(window_m)} needs a raster of {points:.1e} points for dimples of about {show(radius)} m "
+            f"{_size(window_m)} needs a raster of {points:.1e} points for dimples of about {show(smallest)} m "
             f"radius (estimate); allowed: a square window up to {show(widest)} m "
             f'at preset "{accuracy.preset}"',
         )
 
 
 def thickness_problems(
-    shots: Shots, nozzle: Nozzle, material: Material, thickness_m: float
+    media: Media, nozzles: Nozzles, material: Material, thickness_m: float
 ) -> Iterator[Problem]:
     """The plate must be thicker than the peened layer, or its release is no longer that of plate theory."""
-    radius = estimated_dimple_radius_m(shots, nozzle.normal_speed_m_s, material)
+    _, radius = dimple_radii_m(media, nozzles, material)
     least = 2.0 * CELL_DEPTH_IN_RADII * radius
     if thickness_m < least:
         yield (
@@ -183,9 +324,29 @@ def thickness_problems(
         )
 
 
-def count_problems(shots: Shots, nozzle: Nozzle, exposure_time_s: float) -> Iterator[Problem]:
+def surface_problems(media: Media, target: Target) -> Iterator[Problem]:
+    """A cylinder must be flat on the scale of a contact, and as wide as the window."""
+    surface = target.surface
+    if surface.kind != "cylinder":
+        return
+    shot_m = 2.5 * max(sizes.largest_m(shots) for shots in media)
+    half_m = 0.5 * target.window_m["xy".index("y" if surface.axis == "x" else "x")]
+    if surface.radius_m < max(shot_m, half_m):
+        reason = (
+            "is less than five times the largest shot's, whose contact law takes the target as flat"
+            if surface.radius_m < shot_m
+            else "is less than half the window's side across the axis"
+        )
+        yield (
+            "target.surface.radius_m",
+            f"{show(surface.radius_m)} m {reason}; allowed from {show(max(shot_m, half_m))} m up",
+        )
+
+
+def count_problems(media: Media, nozzles: Nozzles, exposure_time_s: float) -> Iterator[Problem]:
     """The expected number of shots must be one a run can mean something by, and finish."""
-    rate = nozzle.mass_flow_kg_s / shots.mean_mass_kg
+    per_kg = sum(shots.mass_fraction / shots.mean_mass_kg for shots in media)
+    rate = per_kg * sum(nozzle.mass_flow_kg_s for nozzle in nozzles)
     count = rate * exposure_time_s
     allowed = f"allowed {show(1.0 / rate)}..{show(MAX_SHOTS / rate)} s with this mass flow and shot"
     if count < 1.0:

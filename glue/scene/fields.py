@@ -23,6 +23,9 @@ UNITS: dict[str, tuple[str, tuple[tuple[str, float], ...]]] = {
     "kg/s": ("in kilograms per second", (("kg/min", 1.0 / 60.0), ("g/s", 1e-3), ("kg/h", 1.0 / 3600.0))),
     "kg/m3": ("in kilograms per cubic metre", (("g/cm3", 1e3), ("tonne/mm3", 1e12))),
     "Pa": ("in pascals", (("MPa", 1e6), ("GPa", 1e9))),
+    "m/s2": ("in metres per second squared", (("g", 9.81),)),
+    "Pa s": ("in pascal seconds", (("mPa s", 1e-3), ("uPa s", 1e-6))),
+    "Hz": ("in hertz", (("kHz", 1e3), ("1/min", 1.0 / 60.0))),
     "deg": ("in degrees", (("rad", 180.0 / math.pi),)),
     "1/s": ("in one over seconds", ()),
     "": ("a plain number", ()),
@@ -119,6 +122,36 @@ class Number:
             if self.low <= value * size <= self.high:
                 return f"{said} ({quoted(value)} {name} is written {show(value * size)})"
         return said
+
+
+@dataclass(frozen=True)
+class Vector:
+    """A fixed number of coordinates, each a :class:`Number`; ``axes`` holds their one-letter names."""
+
+    axes: str
+    each: Number
+    default: object = REQUIRED
+    source: str = ""
+
+    @property
+    def _count(self) -> str:
+        return {2: "two numbers", 3: "three numbers"}[len(self.axes)]
+
+    @property
+    def allowed(self) -> str:
+        each = self.each.allowed.removeprefix("allowed ")
+        return f"allowed: {self._count} [{', '.join(self.axes)}], each {each}"
+
+    def problem(self, value: object) -> str | None:
+        if not isinstance(value, list):
+            return f"must be {self._count}, not {kind(value)}; {self.allowed}"
+        if len(value) != len(self.axes):
+            return f"must be {self._count}, not {len(value)}; {self.allowed}"
+        problems = [(axis, self.each.problem(item)) for axis, item in zip(self.axes, value)]
+        return "; ".join(f"{axis}: {problem}" for axis, problem in problems if problem) or None
+
+    def convert(self, value: list) -> tuple[float, ...]:
+        return tuple(float(item) for item in value)
 
 
 @dataclass(frozen=True)

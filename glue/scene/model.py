@@ -126,6 +126,11 @@ class Pulse:
     duty: float = 1.0  # pulsed: share of the period, from its beginning, in which shots flow
     amplitude: float = 0.0  # sinusoidal: 1 + amplitude sin(2 pi f t)
 
+    @property
+    def peak(self) -> float:
+        """Largest flow over the mean."""
+        return 1.0 / self.duty if self.pattern == "pulsed" else 1.0 + self.amplitude
+
 
 @dataclass(frozen=True)
 class Nozzle:
@@ -162,6 +167,11 @@ class Nozzle:
     @property
     def normal_speed_m_s(self) -> float:
         return self.speed_m_s * math.sin(math.radians(self.impact_angle_deg))
+
+    @property
+    def fastest_m_s(self) -> float:
+        """Largest speed [m/s] with which a shot can leave."""
+        return self.speed_m_s * (1.0 + sizes.CUT_SD * self.speed_cv)
 
     def aim_at(self, time_s: float) -> tuple[float, float, int]:
         """(x, y) [m] where the axis meets z = 0 at ``time_s``, and the number of the pass."""
@@ -335,7 +345,7 @@ class Scene:
     @property
     def fastest_m_s(self) -> float:
         """Largest speed [m/s] with which a shot can leave a nozzle."""
-        return max(n.speed_m_s * (1.0 + sizes.CUT_SD * n.speed_cv) for n in self.nozzles)
+        return max(nozzle.fastest_m_s for nozzle in self.nozzles)
 
     @property
     def expected_shots(self) -> float:

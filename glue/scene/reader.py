@@ -12,16 +12,24 @@ from pathlib import Path
 
 from glue.errors import InputError
 from glue.scene import consistency, schema
-from glue.scene.model import Accuracy, Choice, Friction, Models, Nozzle, Restitution, Scene, Shots, Target
-from glue.scene.parts import read_material, read_shots, read_window
+from glue.scene.media import read_media
+from glue.scene.model import Accuracy, Choice, Models, Scene
+from glue.scene.nozzles import feed_says, read_exposure, read_nozzles
+from glue.scene.physics import (
+    read_air_drag,
+    read_friction,
+    read_gravity,
+    read_restitution,
+)
 from glue.scene.presets import PRESETS
 from glue.scene.table import Log, Table
+from glue.scene.targets import read_target
 
 EXAMPLES = Path(__file__).resolve().parent / "examples"
 
 # What "auto" stands for in this version, and why.
 _AUTO = {
-    "flow": Choice("dem", "auto: the flow model of this version, every shot-shot collision resolved in YADE"),
+    "flow": Choice("auto", "auto: the cheapest flow model whose expected error the preset accepts"),
     "dimple": Choice("axisymmetric", "auto: the dimple model of this version, axisymmetric finite strain"),
     "target": Choice(
         "cell", "auto: the target model of this version, a periodic cell under the logged impacts"
@@ -41,39 +49,43 @@ def read_scene(path: Path | str, *, preset: str | None = None, content: bytes | 
     top.refuse_others(
         (*schema.TOP, *schema.TABLES), not_built=schema.TOP_NOT_BUILT, elsewhere=schema.BELONGS_IN
     )
-    head = {
-        key: top.get(key, field)
-        for key, field in schema.TOP.items()
-        # An exposure given as coverage_percent has been refused already: do not call the time missing too.
-        if not (key == "exposure_time_s" and "coverage_percent" in top and key not in top)
-    }
-    shots = _read_shots_table(top)
-    nozzle = _read_nozzle(top)
-    material, window, thickness = _read_target(top)
-    restitution = Restitution(**_small_table(top, "restitution", schema.RESTITUTION))
-    friction = Friction(**_small_table(top, "friction", schema.FRICTION))
+    head = {key: top.get(key, field) for key, field in schema.TOP.items() if not _left_out(top, key)}
+    exposure = head.get("exposure_time_s")
+    media = read_media(top)
+    nozzles = read_nozzles(top, exposure)
+    exposure = read_exposure(top, exposure, nozzles)
+    target = read_target(top, path)
+    restitution, friction = read_restitution(top), read_friction(top)
+    gravity, air_drag = read_gravity(top), read_air_drag(top)
     models = _read_models(top)
     accuracy = _read_accuracy(top, preset)
 
-    for key_path, sentence in _cross_checks(
-        shots, nozzle, material, window, thickness, accuracy, head.get("exposure_time_s")
-    ):
+    parts = (media, nozzles, target, restitution, models, accuracy, exposure)
+    for key_path, sentence in consistency.problems(*parts):
         log.problem(key_path, sentence)
     if log.problems:
         raise InputError(log.problems)
     return Scene(
         name=head["name"],
         seed=head["seed"],
-        exposure_time_s=head["exposure_time_s"],
-        media=(shots,),
-        nozzles=(nozzle,),
-        target=Target(material, window, thickness),
+        exposure_time_s=exposure,
+        media=media,
+        nozzles=nozzles,
+        target=target,
         restitution=restitution,
         friction=friction,
         models=models,
         accuracy=accuracy,
+        arrivals=head["arrivals"],
+        gravity=gravity,
+        air_drag=air_drag,
         defaults_used=tuple(log.defaults),
     )
+
+
+def _left_out(top: Table, key: str) -> bool:
+    """An exposure may follow from a feed's path; given as coverage_percent it has been refused already."""
+    return key == "exposure_time_s" and key not in top and ("coverage_percent" in top or feed_says(top))
 
 
 def resolved_dict(scene: Scene) -> dict:
@@ -143,58 +155,12 @@ def _with_line(message: str, text: str) -> str:
     return f"{message}: {lines[min(number, len(lines)) - 1].strip()}"
 
 
-def _single(top: Table, key: str, several: str, holds: str) -> Table | None:
-    """The required table ``[key]``; an array of tables is a feature of a later version."""
-    if isinstance(top.data.get(key), list):
-        top.problem(key, schema.not_built(several, f"one, written [{key}]"))
-        return None
-    return top.table(key, holds)
-
-
-def _read_shots_table(top: Table) -> Shots | None:
-    table = _single(top, "shots", "mixed shots are", "grade, or diameter_m and density_kg_m3")
-    return read_shots(table) if table else None
-
-
-def _read_nozzle(top: Table) -> Nozzle | None:
-    table = _single(top, "nozzle", "several nozzles are", ", ".join(schema.NOZZLE))
-    if table is None:
-        return None
-    known = (*schema.NOZZLE, *schema.NOZZLE_ZERO)
-    table.refuse_others(known, not_built=schema.NOZZLE_NOT_BUILT, elsewhere=schema.BELONGS_IN)
-    for key, sentence in schema.NOZZLE_ZERO.items():
-        value = table.data.get(key, 0.0)
-        if isinstance(value, bool) or not isinstance(value, int | float) or value != 0:
-            table.problem(key, f"{sentence}; allowed 0")
-    values = {key: table.get(key, field) for key, field in schema.NOZZLE.items()}
-    return None if None in values.values() else Nozzle(**values)
-
-
-def _read_target(top: Table):
-    """(Material or None, window or None, thickness or None); no thickness is a part too thick to stretch or bend."""
-    table = top.table("target", "material and window_m")
-    if table is None:
-        return None, None, None
-    table.refuse_others(("material", "window_m", "thickness_m"), elsewhere=schema.BELONGS_IN)
-    thickness = None
-    if "thickness_m" in table:
-        thickness = table.get("thickness_m", schema.TARGET["thickness_m"])
-    else:
-        table.log.default(table.at("thickness_m"), "none", "a part too thick to stretch or bend; choice of this project")
-    return read_material(table), read_window(table), thickness
-
-
-def _small_table(top: Table, key: str, fields: dict) -> dict:
-    """Values of an optional table whose keys are all ``fields``."""
-    table = top.optional_table(key)
-    if table is None:
-        return dict.fromkeys(fields)
-    table.refuse_others(fields, elsewhere=schema.BELONGS_IN)
-    return {name: table.get(name, field) for name, field in fields.items()}
-
-
 def _read_models(top: Table) -> Models:
-    asked = _small_table(top, "models", schema.MODELS)
+    table = top.optional_table("models")
+    asked = dict.fromkeys(schema.MODELS)
+    if table is not None:
+        table.refuse_others(schema.MODELS, elsewhere=schema.BELONGS_IN)
+        asked = table.get_all(schema.MODELS)
     return Models(
         **{
             stage: _AUTO[stage] if word in ("auto", None) else Choice(word, "asked for in the scene")
@@ -218,19 +184,3 @@ def _read_accuracy(top: Table, preset: str | None) -> Accuracy | None:
             top.log.problems.append(f"accuracy preset given for this run: {problem}")
             return None
     return PRESETS[word] if word else None
-
-
-def _cross_checks(shots, nozzle, material, window, thickness, accuracy, exposure_time_s):
-    """Problems between keys, as far as the keys themselves could be read."""
-    if shots and nozzle:
-        yield from consistency.jet_problems(shots, nozzle)
-        if exposure_time_s:
-            yield from consistency.count_problems(shots, nozzle, exposure_time_s)
-        if material and accuracy:
-            yield from consistency.contact_problems(shots, nozzle, material, accuracy)
-        if material and thickness:
-            yield from consistency.thickness_problems(shots, nozzle, material, thickness)
-        if window:
-            yield from consistency.window_problems(shots, nozzle, window)
-            if material and accuracy:
-                yield from consistency.resolution_problems(shots, nozzle, material, window, accuracy)

@@ -6,7 +6,7 @@ a wrong unit.  Grades of sources: D derived, A read, B quoted, C from memory or 
 
 from __future__ import annotations
 
-from glue.scene.fields import Integer, Number, Ratio, Text, Word
+from glue.scene.fields import Integer, Number, Ratio, Text, Vector, Word
 from glue.scene.presets import DEFAULT_PRESET, PRESETS
 
 SCHEMA = 1
@@ -28,8 +28,13 @@ TOP = {
     ),
     "seed": Integer(0, 2**32 - 1),
     "exposure_time_s": Number(1e-6, 3600.0, "s"),
+    "arrivals": Word(
+        ("poisson", "exact_mass"), "poisson", "shots leave independently of each other; choice of this project"
+    ),
 }
-TABLES = ("shots", "nozzle", "target", "restitution", "friction", "models", "accuracy")
+TABLES = (
+    *("shots", "nozzle", "target", "restitution", "friction", "gravity", "air_drag", "models", "accuracy"),
+)
 
 SHOTS = {
     "grade": Text(r".+", "allowed: a grade of the catalogue, for example S390"),
@@ -37,24 +42,58 @@ SHOTS = {
     "density_kg_m3": Number(1000.0, 20000.0, "kg/m3"),
     "E_Pa": Number(1e9, 1.2e12, "Pa", 210e9, "steel; grade C"),
     "nu": Number(0.0, 0.49, "", 0.3, "steel; grade C"),
-    "size": Word(("mono", "distribution"), "mono", "every shot of the same size; choice of this project"),
+    "size": Word(
+        ("mono", "distribution", "sieve"), "mono", "every shot of the same size; choice of this project"
+    ),
     "size_cv": Number(0.001, 0.3, "share", 0.09, "cast steel shot, CV 8-10 %; grade C"),
+    "mass_fraction": Number(
+        1e-6, 1.0, "share", reason="a medium feeds mass, never takes it away, and all of them feed 1"
+    ),
 }
+SIEVE = {"opening_m": Number(2e-5, 6e-3, "m"), "finer": Number(0.0, 1.0, "share")}
+MAX_SIEVES, MAX_MEDIA, MAX_NOZZLES = 20, 10, 16
 
 NOZZLE = {
     "speed_m_s": Number(0.5, 300.0, "m/s"),
     "mass_flow_kg_s": Number(1e-6, 2.0, "kg/s"),
     "jet_diameter_m": Number(1e-4, 0.5, "m"),
     "stand_off_m": Number(1e-3, 2.0, "m"),
-    "impact_angle_deg": Number(15.0, 90.0, "deg"),
+    "impact_angle_deg": Number(
+        10.0, 90.0, "deg", reason="measured from the surface; a flatter jet grazes it and rolls along"
+    ),
 }
-# Accepted at zero only: what they describe comes later.
-NOZZLE_ZERO = {
-    "divergence_half_angle_deg": not_built("a spreading jet is", "parallel jets"),
-    "feed_speed_m_s": not_built("a moving nozzle is", "a nozzle at rest"),
+_HERE = "choice of this project"
+JET = {
+    "azimuth_deg": Number(-180.0, 180.0, "deg", 0.0, f"shots fly towards +x; {_HERE}"),
+    "aim_m": Vector("xy", Number(-1.0, 1.0, "m"), (0.0, 0.0), f"the middle of the window; {_HERE}"),
+    "profile": Word(("uniform", "gaussian"), "uniform", f"evenly over the exit; {_HERE}"),
+    "divergence_half_angle_deg": Number(0.0, 30.0, "deg", 0.0, f"a parallel jet; {_HERE}"),
+    "speed_cv": Number(0.0, 0.2, "share", 0.0, f"every shot at the same speed; {_HERE}"),
 }
+FEED = {
+    "feed_speed_m_s": Number(0.0, 2.0, "m/s", 0.0, f"a nozzle at rest; {_HERE}"),
+    "stroke_m": Number(1e-4, 10.0, "m"),
+    "passes": Integer(1, 1000, 1, f"one stroke; {_HERE}"),
+    "pitch_m": Number(0.0, 0.5, "m", 0.0, f"every pass on the same line; {_HERE}"),
+    "dwell_s": Number(0.0, 60.0, "s", 0.0, f"turns at once; {_HERE}"),
+    "feed_direction_deg": Number(-180.0, 180.0, "deg", 0.0, f"the first stroke goes towards +x; {_HERE}"),
+}
+PULSE = {
+    "mass_flow_pattern": Word(("steady", "pulsed", "sinusoidal"), "steady", f"an even flow; {_HERE}"),
+    "pulse_frequency_Hz": Number(1e-3, 1e5, "Hz"),
+    "pulse_duty": Number(0.01, 1.0, "share"),
+    "pulse_amplitude": Number(0.0, 1.0, "share", reason="a flow never runs backwards"),
+}
+PULSE_KEYS = {"steady": (), "pulsed": ("pulse_duty",), "sinusoidal": ("pulse_amplitude",)}
 
-TARGET = {"window_side_m": Number(2e-5, 0.2, "m"), "thickness_m": Number(1e-4, 1.0, "m")}
+TARGET = {"window_m": Vector("xy", Number(2e-5, 0.2, "m")), "thickness_m": Number(1e-4, 1.0, "m")}
+SURFACE = {
+    "kind": Word(("plane", "cylinder", "stl")),
+    "radius_m": Number(1e-4, 100.0, "m"),
+    "axis": Word(("x", "y"), "y", f"curved in x; {_HERE}"),
+    "file": Text(r"[^\0]{1,1000}", "allowed: the name of an STL file, from the scene file's folder"),
+}
+SURFACE_KEYS = {"plane": (), "cylinder": ("radius_m", "axis"), "stl": ("file",)}
 
 MATERIAL = {
     "name": Text(
@@ -85,6 +124,21 @@ RESTITUTION = {
     ),
     "shot_shot": Ratio("", 0.8, "steel on steel, .6-.9; grade C"),
 }
+SPOT_HARDENING = {
+    "saturated": Ratio("", 0.6, "rebound from a spot struck many times; from memory of peening models; grade C"),
+    "hits": Number(0.1, 1e3, "", 2.0, "impacts over which a spot hardens; assumed by this project; grade C"),
+}
+GRAVITY = {
+    "acceleration_m_s2": Number(1e-3, 1e3, "m/s2", 9.81, "standard gravity; grade D"),
+    "direction": Vector(
+        "xyz", Number(-1e6, 1e6), (0.0, 0.0, -1.0), "the target lies level, surface up; choice of this project"
+    ),
+}
+AIR_DRAG = {
+    "gas_density_kg_m3": Number(1e-3, 1e3, "kg/m3", 1.204, "air at 20 °C and 1013 hPa; grade C"),
+    "gas_viscosity_Pa_s": Number(1e-7, 1e-1, "Pa s", 1.81e-5, "air at 20 °C; grade C"),
+    "gas_speed_m_s": Number(0.0, 500.0, "m/s", 0.0, "still gas; choice of this project"),
+}
 FRICTION = {
     "shot_target": Number(0.0, 1.0, "share", 0.2, "used in an open peening chain; grade A"),
     "shot_shot": Number(0.0, 1.0, "share", 0.2, "steel on steel, .1-.3; grade C"),
@@ -92,12 +146,7 @@ FRICTION = {
 
 _AUTO = "the models that this version has"
 MODELS = {
-    "flow": Word(
-        ("auto", "dem"),
-        "auto",
-        _AUTO,
-        {"event": "event-driven shots", "ballistic": "shots that never meet each other"},
-    ),
+    "flow": Word(("auto", "ballistic", "event", "dem"), "auto", "the cheapest that is accurate enough"),
     "dimple": Word(("auto", "axisymmetric"), "auto", _AUTO),
     "target": Word(
         ("auto", "cell"),
@@ -112,8 +161,6 @@ TOP_NOT_BUILT = {
     "coverage_percent": not_built(
         "choosing the exposure by the coverage is", "exposure_time_s (a run reports when 98 % is reached)"
     ),
-    "gravity": not_built("gravity is", "straight flights (remove the block)"),
-    "air_drag": not_built("air drag is", "flights in vacuum (remove the block)"),
     "strain_rate": not_built("rate dependence is", "rate-independent laws (remove the block)"),
     "target_inertia": not_built(
         "the target's inertia is",
@@ -124,10 +171,6 @@ TOP_NOT_BUILT = {
         "rigid shots in the dimple model (remove the block; elasticity raises the restitution by about 16 %)",
     ),
 }
-SHOTS_NOT_BUILT = {"mass_fraction": not_built("mixed shots are", "one kind of shot")}
-NOZZLE_NOT_BUILT = {
-    key: not_built("a moving nozzle is", "a nozzle at rest") for key in ("passes", "pitch_m", "dwell_s")
-}
 JOHNSON_COOK_NOT_BUILT = {
     key: not_built("the temperature term is", "A_Pa, B_Pa, n, C, rate_ref_1_s") for key in ("m", "melting_K")
 }
@@ -135,9 +178,12 @@ JOHNSON_COOK_NOT_BUILT = {
 # Where a key belongs when it stands in the wrong table; keys found in several tables have no single home.
 _HOMES = {
     "the top of the file": TOP,
-    "[shots]": {key: SHOTS[key] for key in ("grade", "diameter_m", "size", "size_cv")},
-    "[nozzle]": NOZZLE | NOZZLE_ZERO,
-    "[target]": {"material": None, "window_m": None},
+    "[shots]": {key: SHOTS[key] for key in ("grade", "diameter_m", "size", "size_cv", "mass_fraction")},
+    "[nozzle]": NOZZLE | JET | FEED | PULSE,
+    "[target]": {"material": None, "window_m": None, "thickness_m": None},
+    "[gravity]": GRAVITY,
+    "[air_drag]": AIR_DRAG,
+    "[restitution.hardening]": SPOT_HARDENING,
     "[accuracy]": ACCURACY,
 }
 BELONGS_IN = {key: home for home, keys in _HOMES.items() for key in keys if key != "name"}

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from glue.scene.catalogue import closest
-from glue.scene.fields import REQUIRED, Field, kind, quoted, show
+from glue.scene.fields import REQUIRED, Field, kind, show
 
 NOTHING: Mapping[str, str] = {}
 
@@ -23,7 +23,10 @@ class Log:
         self.problems.append(f"{self.file}: {key_path}: {sentence}")
 
     def default(self, key_path: str, value: object, source: str) -> None:
-        shown = show(value) if isinstance(value, float) else quoted(value)
+        if isinstance(value, tuple):
+            shown = f"[{', '.join(show(item) for item in value)}]"
+        else:
+            shown = show(value) if isinstance(value, float) else f'"{value}"' if isinstance(value, str) else str(value)
         self.defaults.append(f"{key_path} = {shown} ({source})")
 
 
@@ -56,6 +59,29 @@ class Table:
             self.problem(key, problem)
             return None
         return field.convert(self.data[key])
+
+    def get_all(self, fields: Mapping[str, Field]) -> dict[str, object]:
+        """:meth:`get` of every key in ``fields``."""
+        return {key: self.get(key, field) for key, field in fields.items()}
+
+    def several(self, key: str, holds: str, most: int) -> list[Table] | None:
+        """The required table ``[key]``, or up to ``most`` of an array ``[[key]]``; None when it is neither.
+
+        Tables of an array are called key[1], key[2], … unless there is one only.
+        """
+        value = self.data.get(key)
+        if not isinstance(value, list):
+            table = self.table(key, holds)
+            return None if table is None else [table]
+        if not value or not all(isinstance(item, Mapping) for item in value):
+            wrong = "must be a table, or tables, not an array of something else" if value else "must not be empty"
+            self.problem(key, f"{wrong}; allowed: one table [{key}], or several written [[{key}]]")
+            return None
+        if len(value) > most:
+            self.problem(key, f"must be at most {most} tables, not {len(value)}; allowed 1..{most}")
+            return None
+        names = [key] if len(value) == 1 else [f"{key}[{number}]" for number in range(1, len(value) + 1)]
+        return [Table(item, self.at(name), self.log) for name, item in zip(names, value)]
 
     def table(self, key: str, holds: str) -> Table | None:
         """The table ``[key]`` that must be there; ``holds`` names its keys for the message."""

@@ -1,0 +1,147 @@
+"""The target of a scene: material from the catalogue or in full, window, thickness, shape of the surface."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+from glue.scene import schema
+from glue.scene.catalogue import (
+    derived_combined,
+    material,
+    material_keys,
+    not_in_catalogue,
+)
+from glue.scene.fields import kind, quoted
+from glue.scene.model import CombinedHardening, JohnsonCook, Material, Surface, Target
+from glue.scene.table import Table
+
+GIVEN = "given in the scene"
+
+
+def read_target(top: Table, scene_file: Path) -> Target | None:
+    """``[target]``; None when any of it is refused. No thickness is a part too thick to stretch or bend."""
+    table = top.table("target", "material and window_m")
+    if table is None:
+        return None
+    table.refuse_others(("material", *schema.TARGET, "surface"), elsewhere=schema.BELONGS_IN)
+    thickness = 0.0
+    if "thickness_m" in table:
+        thickness = table.get("thickness_m", schema.TARGET["thickness_m"])
+    else:
+        table.log.default(table.at("thickness_m"), "none", "a part too thick to stretch or bend; choice of this project")
+    material, window = _read_material(table), table.get("window_m", schema.TARGET["window_m"])
+    surface = _read_surface(table, scene_file)
+    if None in (material, window, surface, thickness):
+        return None
+    return Target(material, window, thickness or None, surface)
+
+
+def surface_file(scene_file: Path, written: str) -> Path | None:
+    """The STL file that a scene means: from the folder of the scene file, else by its bare name beside it."""
+    folder = scene_file.parent
+    for candidate in (folder / written, folder / Path(written).name):
+        if candidate.is_file():
+            return candidate
+    return None
+
+
+def _read_surface(table: Table, scene_file: Path) -> Surface | None:
+    if "surface" not in table:
+        table.log.default(table.at("surface"), "plane", "a flat target; choice of this project")
+        return Surface()
+    part = table.optional_table("surface")
+    if part is None:
+        return None
+    part.refuse_others(schema.SURFACE)
+    kind_of = part.get("kind", schema.SURFACE["kind"])
+    if kind_of is None:
+        return None
+    wanted = schema.SURFACE_KEYS[kind_of]
+    for key in schema.SURFACE:
+        if key in part and key != "kind" and key not in wanted:
+            homes = [word for word, keys in schema.SURFACE_KEYS.items() if key in keys]
+            part.problem(key, f'has no effect with kind = "{kind_of}"; allowed: kind = "{homes[0]}", or no {key}')
+    values = {key: part.get(key, schema.SURFACE[key]) for key in wanted}
+    if None in values.values():
+        return None
+    if kind_of == "stl":
+        values["sha256"] = _sha256(part, scene_file, values["file"])
+        if not values["sha256"]:
+            return None
+    return Surface(kind=kind_of, **values)
+
+
+def _sha256(part: Table, scene_file: Path, written: str) -> str:
+    """Hash of the STL file's content, "" when it cannot be read (which is logged)."""
+    allowed = "allowed: an STL file that can be read, its name from the scene file's folder"
+    try:
+        found = surface_file(scene_file, written)
+        if found is None:
+            part.problem("file", f"no file {quoted(written)} in {scene_file.parent or '.'}; {allowed}")
+            return ""
+        return hashlib.sha256(found.read_bytes()).hexdigest()
+    except (OSError, ValueError) as error:  # ValueError: a name that no file system takes
+        reason = getattr(error, "strerror", None) or error
+        part.problem("file", f"{quoted(written)} cannot be read: {reason}; {allowed}")
+        return ""
+
+
+def _read_material(table: Table) -> Material | None:
+    """``target.material``: a key of the catalogue, or a table with the material's own numbers."""
+    value = table.data.get("material")
+    if isinstance(value, str):
+        if value in material_keys():
+            return material(value)
+        table.problem("material", not_in_catalogue("material", value, material_keys()))
+        return None
+    if isinstance(value, dict):
+        return _own_material(Table(value, table.at("material"), table.log))
+    wrong = "missing, and required" if value is None else f"must be a text or a table, not {kind(value)}"
+    table.problem(
+        "material", f"{wrong}; allowed: one of {', '.join(material_keys())}, or a table [target.material]"
+    )
+    return None
+
+
+def _own_material(table: Table) -> Material | None:
+    table.refuse_others((*schema.MATERIAL, "johnson_cook", "combined"))
+    values = {key: table.get(key, field) for key, field in schema.MATERIAL.items()}
+    curve = table.table("johnson_cook", ", ".join(schema.JOHNSON_COOK))
+    johnson_cook = combined = None
+    if curve:
+        curve.refuse_others(schema.JOHNSON_COOK, not_built=schema.JOHNSON_COOK_NOT_BUILT)
+        numbers = {key: curve.get(key, field) for key, field in schema.JOHNSON_COOK.items()}
+        johnson_cook = None if None in numbers.values() else JohnsonCook(**numbers)
+    if "combined" in table:
+        combined, origin = _own_combined(table), GIVEN
+    elif johnson_cook:
+        from_curve = "derived from johnson_cook by the rule of glue/theory/hardening.py; grade C"
+        combined, origin = derived_combined(johnson_cook), from_curve
+        table.log.default(table.at("combined"), "bounded law", from_curve)
+    if johnson_cook is None or combined is None or None in values.values():
+        return None
+    return Material(
+        key="own", johnson_cook=johnson_cook, combined=combined, combined_source=origin, grade="C", **values
+    )
+
+
+def _own_combined(table: Table) -> CombinedHardening | None:
+    law = table.optional_table("combined")
+    if law is None:
+        return None
+    law.refuse_others((*schema.COMBINED, "backstresses"))
+    values = {key: law.get(key, field) for key, field in schema.COMBINED.items()}
+    terms = law.data.get("backstresses", [])
+    allowed = "allowed: an array of up to 2 tables { X_Pa = …, gamma = … }"
+    if not isinstance(terms, list) or len(terms) > 2 or not all(isinstance(term, dict) for term in terms):
+        law.problem("backstresses", f"is no list of backstresses; {allowed}")
+        return None
+    pairs = []
+    for number, term in enumerate(terms, start=1):
+        entry = Table(term, f"{law.at('backstresses')}[{number}]", law.log)
+        entry.refuse_others(schema.BACKSTRESS)
+        pairs.append(tuple(entry.get(key, field) for key, field in schema.BACKSTRESS.items()))
+    if None in values.values() or any(None in pair for pair in pairs):
+        return None
+    return CombinedHardening(**values, backstresses=tuple(pairs))

@@ -10,20 +10,24 @@ import math
 from collections.abc import Iterator
 from itertools import combinations_with_replacement
 
-from glue.scene import reach, sizes
+from glue.scene import sizes
 from glue.scene.fields import show
+from glue.scene.jet_checks import (
+    Media,
+    Nozzles,
+    Problem,
+    named,
+    nozzle_problems,
+    size_text,
+    window_problems,
+)
 from glue.scene.model import Accuracy, Material, Nozzle, Restitution, Shots, Target
 from glue.scene.presets import CELL_DEPTH_IN_RADII
-from glue.scene.reach import inlet_clearance_m, inlet_clearance_problem  # noqa: F401, the flow's checks ask here
+from glue.scene.reach import inlet_clearance_problem
 from glue.scene.schema import MAX_RASTER_POINTS, MAX_SHOTS, MAX_VOLUME_FRACTION
 
-Problem = tuple[str, str]
-Media = tuple[Shots, ...]
-Nozzles = tuple[Nozzle, ...]
 MIN_STEPS_PER_CONTACT = 9.0  # shot on shot at dt = 1.0 P: 13.7 at 60 m/s, 12 at twice the speed
 MAX_OVERLAP = 0.3  # of the radius; beyond, the flow's contact law means nothing
-FLATTEST_DEG = 2.0  # every shot of a diverging jet must come down at least so steeply
-MAX_FEED_OVER_SPEED = 0.05  # shots leave a moving nozzle as one at rest
 GAUSSIAN_PEAK = 2.0 / -math.expm1(-2.0)  # middle over mean of a Gaussian of sd W/4 cut at W/2
 DIMPLE_REBOUND = 0.5  # more than a dimple that presses a shot deep gives back
 
@@ -55,12 +59,6 @@ def problems(media, nozzles, target, restitution, models, accuracy, exposure_tim
     yield from surface_problems(media, target)
 
 
-def named(nozzles: Nozzles) -> Iterator[tuple[str, Nozzle]]:
-    """(key path, nozzle) for each."""
-    for number, nozzle in enumerate(nozzles, start=1):
-        yield ("nozzle" if len(nozzles) == 1 else f"nozzle[{number}]"), nozzle
-
-
 def estimated_dimple_radius_m(shots: Shots, normal_speed_m_s: float, material: Material) -> float:
     """Dimple radius [m] before any dimple has been computed, to about 5 % on 2024 between 20 and 100 m/s.
 
@@ -89,29 +87,6 @@ def volume_fraction(shots: Shots, nozzle: Nozzle) -> float:
 def mixture_volume_fraction(media: Media, nozzle: Nozzle) -> float:
     """Mean share of the jet's volume at the exit that is shot."""
     return sum(shots.mass_fraction * volume_fraction(shots, nozzle) for shots in media)
-
-
-def nozzle_problems(name: str, nozzle: Nozzle, exposure_time_s: float | None) -> Iterator[Problem]:
-    """One nozzle's numbers against each other."""
-    if nozzle.impact_angle_deg - nozzle.divergence_half_angle_deg < FLATTEST_DEG:
-        yield (
-            f"{name}.divergence_half_angle_deg",
-            f"{show(nozzle.divergence_half_angle_deg)} deg sends the jet's upper edge off less than {show(FLATTEST_DEG)} "
-            f"deg below level at this impact angle, so that shots pass over the target; allowed 0.."
-            f"{show(nozzle.impact_angle_deg - FLATTEST_DEG)} deg",
-        )
-    if nozzle.feed and nozzle.feed.speed_m_s > MAX_FEED_OVER_SPEED * nozzle.speed_m_s:
-        yield (
-            f"{name}.feed_speed_m_s",
-            f"{show(nozzle.feed.speed_m_s)} m/s is not slow against the shots: they leave as from a nozzle at rest; "
-            f"allowed up to {show(MAX_FEED_OVER_SPEED * nozzle.speed_m_s)} m/s with this speed_m_s",
-        )
-    if nozzle.pulse and exposure_time_s and nozzle.pulse.frequency_Hz * exposure_time_s < 1.0 - 1e-9:
-        yield (
-            f"{name}.pulse_frequency_Hz",
-            f"{show(nozzle.pulse.frequency_Hz)} Hz is less than one period in {show(exposure_time_s)} s, over which "
-            f"mass_flow_kg_s is no mean; allowed from {show(1.0 / exposure_time_s)} Hz up",
-        )
 
 
 def jet_problems(name: str, media: Media, nozzle: Nozzle) -> Iterator[Problem]:
@@ -239,53 +214,6 @@ def _largest_rebound(restitution: Restitution | None) -> float:
     return max(e, restitution.hardening.saturated) if restitution and restitution.hardening else e
 
 
-def window_problems(media: Media, nozzles: Nozzles, window_m: tuple[float, float]) -> Iterator[Problem]:
-    """One jet must peen the window evenly, with the dimples that reach in, and none may miss it."""
-    margin = 0.5 * max(sizes.largest_m(shots) for shots in media)  # no dimple is wider than its shot
-    missed = False
-    for name, nozzle in named(nozzles):
-        if reach.misses(nozzle, window_m):
-            missed = True
-            x, y = reach.middle_m(nozzle)
-            yield (
-                f"{name}.aim_m",
-                f"the jet's footprint, {_size(_footprint_m(nozzle))} about ({show(x)}, {show(y)}), misses the window of "
-                f"{_size(window_m)} about (0, 0) altogether; allowed: an aim_m, or feed, that brings them together",
-            )
-        elif nozzle.feed:
-            least = reach.needed_stroke_m(nozzle, window_m, margin)
-            if nozzle.feed.stroke_m < least * (1.0 - 1e-9):
-                yield (
-                    f"{name}.stroke_m",
-                    f"{show(nozzle.feed.stroke_m)} m does not carry the whole footprint over the window and off it, so "
-                    f"that its ends get more than its middle; allowed from {show(least)} m up (stroke_m, or what "
-                    "exposure_time_s and feed_speed_m_s make of it)",
-                )
-    if missed or any(reach.covers(nozzle, window_m, margin) for nozzle in nozzles):
-        return
-    side = max(reach.largest_square_m(nozzle, margin) for nozzle in nozzles)
-    advice = f"a square window up to {show(side)} m" if side > 0.0 else "no window, the jet is too narrow"
-    if len(nozzles) > 1:
-        whose = "the (swept) footprint of any one nozzle"
-    elif nozzles[0].feed:
-        whose = "what the passes sweep, side by side without a gap,"
-    else:
-        whose = f"the jet's footprint (ellipse of {_size(_footprint_m(nozzles[0]))})"
-    yield (
-        "target.window_m",
-        f"{_size(window_m)} does not lie inside {whose} with half a shot diameter to spare; allowed: {advice}",
-    )
-
-
-def _footprint_m(nozzle: Nozzle) -> tuple[float, float]:
-    ellipse = reach.footprint(nozzle)
-    return 2.0 * ellipse.along_m, 2.0 * ellipse.across_m
-
-
-def _size(sides_m: tuple[float, float]) -> str:
-    return f"{show(sides_m[0])} x {show(sides_m[1])} m"
-
-
 def resolution_problems(
     media: Media, nozzles: Nozzles, material: Material, window_m: tuple[float, float], accuracy: Accuracy
 ) -> Iterator[Problem]:
@@ -304,7 +232,7 @@ def resolution_problems(
         widest = spacing * math.sqrt(MAX_RASTER_POINTS)
         yield (
             "target.window_m",
-            f"{_size(window_m)} needs a raster of {points:.1e} points for dimples of about {show(smallest)} m "
+            f"{size_text(window_m)} needs a raster of {points:.1e} points for dimples of about {show(smallest)} m "
             f"radius (estimate); allowed: a square window up to {show(widest)} m "
             f'at preset "{accuracy.preset}"',
         )

@@ -1,0 +1,79 @@
+"""The impulse across a contact: Coulomb's friction, limited by the spring that the contact also is.
+
+Two solid spheres, or a sphere and a resting body, touch with the approach speed g_n and the slip g_t of the
+touching points; m is their effective mass.  With J_n = (1 + e) m g_n (Walton and Braun, 1986)
+
+    J_t = min(mu J_n, share m g_t),   share = 2/7 (1 + beta)
+
+2/7 m is what a rigid sphere answers to a slip with (moment of inertia 2/5 m r^2, any two sizes), and beta the
+tangential restitution: 0 ends the slip, 1 reverses it.  A constant beta misses contact simulations by 7 % of
+the slip and more, because what a contact returns depends on whether it slides in part (Maw, Barber and
+Fawcett, 1976).  Here ``share`` is a table over psi = g_t / (mu (1 + e) g_n) and e, linear between its knots;
+beyond the last psi the contact slides throughout.
+
+Fitted to oblique impacts in YADE (Hertz-Mindlin, steel on aluminium, nu .30 on .33, 60 m/s, steps of .3 P) by
+yade_scripts/checks/tangential.py, which fits again, prints the table, and holds this one against impacts
+that were not in the fit.  A sphere's contact is taken at its full radius; in YADE the overlap shortens the
+arm, so that spins there are 3-6 % smaller.
+
+Scalar functions, for numba too.  Standard library only: YADE's interpreter imports this.
+"""
+
+from __future__ import annotations
+
+import math
+
+E_KNOTS = (0.2, 0.6, 0.94)
+PSI_KNOTS = (0.0, 0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0)
+SHARES = (  # rows: e, columns: psi
+    (0.4762, 0.5653, 0.4783, 0.3450, 0.2652, 0.2042, 0.1492, 0.1132),
+    (0.2273, 0.3431, 0.4086, 0.4132, 0.3357, 0.2398, 0.1623, 0.1234),
+    (0.0870, 0.1916, 0.3564, 0.4349, 0.3332, 0.2430, 0.1656, 0.1206),
+)
+
+
+def impulse_across(gn_m_s, gt_m_s, e, mu):
+    """J_t over the effective mass [m/s], against the slip ``gt_m_s`` >= 0; ``gn_m_s`` > 0 is the approach.
+
+    ``e`` beyond the knots counts as the nearest one.
+    """
+    sliding = mu * (1.0 + e) * gn_m_s
+    if gt_m_s >= PSI_KNOTS[-1] * sliding:
+        return sliding
+    psi = gt_m_s / sliding
+    i = 0
+    while i < len(E_KNOTS) - 2 and e > E_KNOTS[i + 1]:
+        i += 1
+    j = 0
+    while psi > PSI_KNOTS[j + 1]:
+        j += 1
+    u = min(max((e - E_KNOTS[i]) / (E_KNOTS[i + 1] - E_KNOTS[i]), 0.0), 1.0)
+    w = (psi - PSI_KNOTS[j]) / (PSI_KNOTS[j + 1] - PSI_KNOTS[j])
+    low = (1.0 - w) * SHARES[i][j] + w * SHARES[i][j + 1]
+    high = (1.0 - w) * SHARES[i + 1][j] + w * SHARES[i + 1][j + 1]
+    return min(sliding, ((1.0 - u) * low + u * high) * gt_m_s)
+
+
+def rebound_target(vx, vy, vz, wx, wy, wz, nx, ny, nz, radius_m, e, mu, impulse):
+    """Velocity [m/s] and spin [rad/s] (vx, vy, vz, wx, wy, wz) of a sphere that struck the resting target.
+
+    n is the outward unit normal, ``impulse`` the function ``impulse_across`` (under numba, its compiled twin).
+    """
+    # slip of the touching point, at -radius n from the centre
+    sx = vx - radius_m * (wy * nz - wz * ny)
+    sy = vy - radius_m * (wz * nx - wx * nz)
+    sz = vz - radius_m * (wx * ny - wy * nx)
+    gn = -(sx * nx + sy * ny + sz * nz)
+    tx, ty, tz = sx + gn * nx, sy + gn * ny, sz + gn * nz
+    gt = math.sqrt(tx * tx + ty * ty + tz * tz)
+    up = (1.0 + e) * gn
+    back = impulse(gn, gt, e, mu) / gt if gt > 0.0 else 0.0
+    k = 2.5 / radius_m * back  # moment of inertia 2/5 m r^2; the torque is -radius n x J
+    return (
+        vx + up * nx - back * tx,
+        vy + up * ny - back * ty,
+        vz + up * nz - back * tz,
+        wx + k * (ny * tz - nz * ty),
+        wy + k * (nz * tx - nx * tz),
+        wz + k * (nx * ty - ny * tx),
+    )

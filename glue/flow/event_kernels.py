@@ -1,0 +1,220 @@
+"""Flight and contact of hard spheres: the closed forms of the event-driven flow, for numba.
+
+Free flight is straight, or bent by a gravity that all shots share, so that one flies straight as seen from
+another.  A contact is an instant: the impulse along the normal reverses the approach by the restitution,
+the impulse across it opposes the slip at the touch,
+
+    J_n = (1 + e) m |g_n|,   J_t = min(mu J_n, 2/7 (1 + beta) m |g_t|),   m = m_i m_j / (m_i + m_j)
+
+which is Coulomb's friction limited by what turns the slip g_t into -beta g_t (solid spheres: an impulse
+across changes the slip by 7/2 of its share of m; Walton and Braun 1986, Foerster et al. 1994).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from numba import njit
+
+from glue.flow import drag, restitution
+from glue.flow.event_state import SPOT_BUCKETS
+
+restitution_at = njit(cache=True)(restitution.restitution_at)
+hardened = njit(cache=True)(restitution.hardened)
+slowed = njit(cache=True)(drag.slowed)
+
+# A shot that gravity lets rise by less than this share of its radius after an impact has come to rest.
+REST_RISE = 1e-3
+
+
+class Physics(NamedTuple):
+    """Constants of a run, SI. Tuples of floats, so that one compiled kernel serves every scene."""
+
+    e_shots: float
+    mu_shots: float
+    beta_shots: float
+    e_target: float
+    e_speed_m_s: float
+    e_exponent: float
+    e_largest: float
+    mu_target: float
+    beta_target: float
+    saturated: float
+    hits: float
+    spot_radius_m: float  # 0: no hardening
+    elastic_within_s: float  # the guard: a contact sooner after the last one loses nothing
+    gravity: tuple[float, float, float]  # bends the free flight
+    pull: tuple[float, float, float]  # gravity, whether it bends the flight or comes by kicks
+    kick_s: float  # inf: no kicks
+    around: drag.Surroundings  # what the kicks bring
+
+
+@njit(cache=True)
+def advance_shot(shot, gravity, t):
+    """Move the record ``shot`` along its free flight to time ``t``."""
+    s = t - shot.since
+    gx, gy, gz = gravity
+    shot.x += (shot.vx + 0.5 * gx * s) * s
+    shot.y += (shot.vy + 0.5 * gy * s) * s
+    shot.z += (shot.vz + 0.5 * gz * s) * s
+    shot.vx += gx * s
+    shot.vy += gy * s
+    shot.vz += gz * s
+    shot.since = t
+
+
+@njit(cache=True)
+def meeting(a, b, gravity):
+    """(time, overlap) of shots ``a`` and ``b``: time of their touch, inf if they never meet.
+
+    ``overlap`` is how deep shots that approach are inside one another at the later of their two reference
+    times, over the sum of their radii; 0 if they are apart.  The result does not depend on the order of the
+    two nor on the time of asking, so that every way to search for partners finds the same events.
+    """
+    t = max(a.since, b.since)
+    sa, sb = t - a.since, t - b.since
+    gx, gy, gz = gravity
+    x = (a.x + (a.vx + 0.5 * gx * sa) * sa) - (b.x + (b.vx + 0.5 * gx * sb) * sb)
+    y = (a.y + (a.vy + 0.5 * gy * sa) * sa) - (b.y + (b.vy + 0.5 * gy * sb) * sb)
+    z = (a.z + (a.vz + 0.5 * gz * sa) * sa) - (b.z + (b.vz + 0.5 * gz * sb) * sb)
+    u = (a.vx + gx * sa) - (b.vx + gx * sb)
+    v = (a.vy + gy * sa) - (b.vy + gy * sb)
+    w = (a.vz + gz * sa) - (b.vz + gz * sb)
+    approach = x * u + y * v + z * w
+    if approach >= 0.0:
+        return math.inf, 0.0
+    reach = a.radius + b.radius
+    apart2 = x * x + y * y + z * z
+    c = apart2 - reach * reach
+    root2 = approach * approach - (u * u + v * v + w * w) * c
+    if root2 <= 0.0:
+        return math.inf, 0.0
+    if c < 0.0:
+        return t, 1.0 - math.sqrt(apart2) / reach
+    return t + c / (math.sqrt(root2) - approach), 0.0
+
+
+@njit(cache=True)
+def energy(shot):
+    """Kinetic energy of flight and spin [J]; a solid sphere's inertia is 2/5 m r^2."""
+    v2 = shot.vx**2 + shot.vy**2 + shot.vz**2
+    w2 = shot.wx**2 + shot.wy**2 + shot.wz**2
+    return 0.5 * shot.mass * (v2 + 0.4 * shot.radius**2 * w2)
+
+
+@njit(cache=True)
+def _impulse(slip, n, m, e, mu, beta):
+    """Impulse (x, y, z) [N s] of a contact and the approach speed along the unit normal ``n``.
+
+    ``slip`` is the velocity [m/s] of the touching points relative to one another; no impulse unless they
+    approach.
+    """
+    nx, ny, nz = n
+    gn = slip[0] * nx + slip[1] * ny + slip[2] * nz
+    if gn >= 0.0:
+        return 0.0, 0.0, 0.0
+    normal = -(1.0 + e) * m * gn
+    tx, ty, tz = slip[0] - gn * nx, slip[1] - gn * ny, slip[2] - gn * nz
+    gt = math.sqrt(tx * tx + ty * ty + tz * tz)
+    across = 0.0
+    if gt > 0.0:
+        across = min(mu * normal, 2.0 / 7.0 * (1.0 + beta) * m * gt) / gt
+    return normal * nx - across * tx, normal * ny - across * ty, normal * nz - across * tz
+
+
+@njit(cache=True)
+def _push(shot, px, py, pz, arm, n):
+    """Give the shot an impulse p at the touched point ``arm`` times its radius along ``n`` from its centre."""
+    nx, ny, nz = n
+    shot.vx += px / shot.mass
+    shot.vy += py / shot.mass
+    shot.vz += pz / shot.mass
+    k = arm / (0.4 * shot.mass * shot.radius)
+    shot.wx += k * (ny * pz - nz * py)
+    shot.wy += k * (nz * px - nx * pz)
+    shot.wz += k * (nx * py - ny * px)
+
+
+@njit(cache=True)
+def collide(a, b, e, mu, beta):
+    """Let touching shots collide; (relative gain of energy, relative change of momentum) should be <= 0, 0."""
+    x, y, z = a.x - b.x, a.y - b.y, a.z - b.z
+    distance = math.sqrt(x * x + y * y + z * z)
+    n = (x / distance, y / distance, z / distance)  # from b to a
+    sx = a.radius * a.wx + b.radius * b.wx
+    sy = a.radius * a.wy + b.radius * b.wy
+    sz = a.radius * a.wz + b.radius * b.wz
+    slip = (
+        a.vx - b.vx - (sy * n[2] - sz * n[1]),
+        a.vy - b.vy - (sz * n[0] - sx * n[2]),
+        a.vz - b.vz - (sx * n[1] - sy * n[0]),
+    )
+    before = energy(a) + energy(b)
+    qx, qy, qz = _momentum(a, b)
+    px, py, pz = _impulse(slip, n, a.mass * b.mass / (a.mass + b.mass), e, mu, beta)
+    _push(a, px, py, pz, -1.0, n)
+    _push(b, -px, -py, -pz, 1.0, n)
+    rx, ry, rz = _momentum(a, b)
+    off = math.sqrt((rx - qx) ** 2 + (ry - qy) ** 2 + (rz - qz) ** 2)
+    scale = math.sqrt(2.0 * before * max(a.mass, b.mass))
+    return (energy(a) + energy(b) - before) / before, off / scale
+
+
+@njit(cache=True)
+def _momentum(a, b):
+    return (
+        a.mass * a.vx + b.mass * b.vx,
+        a.mass * a.vy + b.mass * b.vy,
+        a.mass * a.vz + b.mass * b.vz,
+    )
+
+
+@njit(cache=True)
+def strike(shot, n, e, mu, beta):
+    """Let a shot that touches the resting target bounce off its outward normal ``n``; relative gain of energy."""
+    r = shot.radius
+    slip = (
+        shot.vx - r * (shot.wy * n[2] - shot.wz * n[1]),
+        shot.vy - r * (shot.wz * n[0] - shot.wx * n[2]),
+        shot.vz - r * (shot.wx * n[1] - shot.wy * n[0]),
+    )
+    before = energy(shot)
+    px, py, pz = _impulse(slip, n, shot.mass, e, mu, beta)
+    _push(shot, px, py, pz, -1.0, n)
+    return (energy(shot) - before) / before
+
+
+@njit(cache=True)
+def on_spot(world, physics, x, y, z):
+    """Number of earlier impacts within the spot around a touched point; the point then counts for later ones."""
+    clock, edge = world.clock[0], physics.spot_radius_m
+    cx, cy, cz = math.floor(x / edge), math.floor(y / edge), math.floor(z / edge)
+    earlier = 0
+    for ix in range(cx - 1, cx + 2):
+        for iy in range(cy - 1, cy + 2):
+            for iz in range(cz - 1, cz + 2):
+                k = world.buckets[_bucket(ix, iy, iz)]
+                while k >= 0:
+                    spot = world.spots[k]
+                    # other cells share the bucket: count a spot only in its own cell
+                    if (
+                        math.floor(spot.x / edge) == ix
+                        and math.floor(spot.y / edge) == iy
+                        and math.floor(spot.z / edge) == iz
+                        and (spot.x - x) ** 2 + (spot.y - y) ** 2 + (spot.z - z) ** 2 <= edge * edge
+                    ):
+                        earlier += 1
+                    k = spot.following
+    spot = world.spots[clock.spots]
+    spot.x, spot.y, spot.z = x, y, z
+    home = _bucket(cx, cy, cz)
+    spot.following = world.buckets[home]
+    world.buckets[home] = clock.spots
+    clock.spots += 1
+    return earlier
+
+
+@njit(cache=True)
+def _bucket(ix, iy, iz):
+    return ((int(ix) * 92821 + int(iy)) * 92821 + int(iz)) & (SPOT_BUCKETS - 1)

@@ -32,7 +32,7 @@ def footprint(nozzle: Nozzle) -> Ellipse:
     # where the shots of the exit's upper and lower edge land, in the plane of the lean
     far = -stand_off * cosine + radius * sine + (stand_off * sine + radius * cosine) / math.tan(a - spread)
     near = -stand_off * cosine - radius * sine + (stand_off * sine - radius * cosine) / math.tan(a + spread)
-    beyond = 0.5 * (far + near)
+    beyond = 0.5 * (far + near) if spread else 0.0
     at_middle = radius + (stand_off + beyond * cosine) * math.tan(spread)
     return Ellipse(beyond, 0.5 * (far - near), math.sqrt(at_middle**2 - (beyond * sine) ** 2))
 

@@ -30,16 +30,22 @@ session.close_listeners()
 import numpy as np  # noqa: E402
 
 from contact_model import build  # noqa: E402
-from flow_checks import plan_run, postflight  # noqa: E402
+from flow_checks import audit, postflight  # noqa: E402
 from glue.atomic import write_text_atomic  # noqa: E402
 from glue.errors import InputError  # noqa: E402
 from glue.flow import arrivals as shots_leaving  # noqa: E402
 from glue.flow.impacts import impact_writer  # noqa: E402
+from glue.flow.restitution import RestitutionLaw  # noqa: E402
 from glue.scene.reader import read_scene  # noqa: E402
-from impact_logger import FlowFailed, ImpactLogger  # noqa: E402
-from shot_stream import Stream  # noqa: E402
+from bodies import Bodies  # noqa: E402
+from flight import Fleet, FlowFailed  # noqa: E402
+from impact_logger import ImpactLogger  # noqa: E402
+from leaps import Leaps  # noqa: E402
+from plain_steps import PlainSteps  # noqa: E402
+from run_plan import plan_run  # noqa: E402
+from shot_stream import DROPS_PER_FLIGHT, Stream  # noqa: E402
+from target_plane import PlaneTarget  # noqa: E402
 
-AUDIT_STEPS = 4000  # between audits of every live shot: .4 ms for 1 mm steel, well under 1 % of the run
 # Shots that meet others may leave with any speed below this times the nozzle's: two equal shots can at most
 # reach sqrt 2, sizes within 2.5 x 10 % some 1.6.  One that met none must stay below 1.1 (ImpactLogger).
 SPEED_LIMIT = 2.0
@@ -99,32 +105,38 @@ def arrivals_of(scene, args) -> np.ndarray:
     return arrivals
 
 
-def simulate(stream: Stream, logger: ImpactLogger, writer, end_s: float, tail_s: float) -> None:
-    """Feed and step until every shot has struck or gone, at most ``tail_s`` after the last arrival."""
+def simulate(stream: Stream, writer, end_s: float, flight_s: float) -> None:
+    """Feed and step until every shot has struck or gone, at most ``TAIL_FLIGHTS`` after the last arrival."""
+    logger, mover = stream.logger, stream.mover
+    stride = max(1, round(flight_s / DROPS_PER_FLIGHT / logger.dt))
     begun = said = time.monotonic()
+    look = logger.step  # the step of the next look through all shots
     while True:
-        stream.drop()
+        if logger.step >= look:
+            stream.drop()
+            look += stride
+            now = time.monotonic()
+            if now - said > 1.0:
+                audit(mover)
+                writer.flush()
+                done = min(max(logger.clock() / end_s, 1e-6), 0.999)
+                print(f"progress {done:.3f} eta_s {(now - begun) * (1.0 / done - 1.0):.0f}", flush=True)
+                said = now
         stream.feed()
         wait = stream.steps_to_next()
-        if wait is None and (not stream.falling() or logger.clock() > end_s + tail_s):
+        if wait is None and (not stream.falling() or logger.clock() > end_s + TAIL_FLIGHTS * flight_s):
             break
-        logger.advance(AUDIT_STEPS if wait is None else min(wait, AUDIT_STEPS))
-        now = time.monotonic()
-        if now - said > 1.0:
-            stream.audit()
-            writer.flush()
-            done = min(max(logger.clock() / end_s, 1e-6), 0.999)
-            print(f"progress {done:.3f} eta_s {(now - begun) * (1.0 / done - 1.0):.0f}", flush=True)
-            said = now
+        mover.advance(look - logger.step if wait is None else min(wait, look - logger.step))
     stream.drop()
-    stream.audit()
+    audit(mover)
     logger.flush()
 
 
-def summary(plan, stream, logger, impacts: int) -> dict:
+def summary(plan, stream, impacts: int) -> dict:
     """The numbers of flow.json that come from the run; SI."""
+    logger, live = stream.logger, stream.fleet.shots
     return {
-        "stepping": "leaps over free flight" if logger.forecast else "plain",
+        "stepping": stream.mover.name,
         "dt_s": plan.dt_s,
         "dt_over_P": plan.dt_over_P,
         "calibration": {"shot_target": plan.shot_target._asdict(), "shot_shot": plan.shot_shot._asdict()},
@@ -135,8 +147,8 @@ def summary(plan, stream, logger, impacts: int) -> dict:
         "arrived": stream.next,
         "impacts": impacts,
         "dropped": stream.dropped,
-        "in_flight": len(logger.live),
-        "shots_that_never_struck": stream.never_struck + sum(s.impacts == 0 for s in logger.live.values()),
+        "in_flight": len(live),
+        "shots_that_never_struck": stream.never_struck + sum(s.impacts == 0 for s in live),
         "shot_shot_collisions": logger.collisions,
         "top_speed_m_s": logger.top_speed,
     }
@@ -146,13 +158,13 @@ def run(args, report: dict) -> None:
     scene = read_scene(args.scene, preset=args.accuracy)
     restitution = restitution_of(scene, args.restitution)
     plan = plan_run(
-        scene, restitution, args.dt_over_P or scene.accuracy.flow_dt_over_P, guarded=not args.unguarded
+        scene, RestitutionLaw(restitution), args.dt_over_P or scene.accuracy.flow_dt_over_P, guarded=not args.unguarded
     )
     arrivals = arrivals_of(scene, args)
     scene_hash = shots_leaving.scene_hash(scene)
     report.update(scene_hash=scene_hash, seed=scene.seed, restitution=restitution)
 
-    material = build(plan.shot, plan.target, *plan.laws, dt_s=plan.dt_s, sweep_m=0.5 * scene.shots.diameter_m)
+    material = build(plan.media[0], plan.target, *plan.laws, dt_s=plan.dt_s, sweep_m=0.5 * scene.shots.diameter_m)
     writer = impact_writer(
         args.out / "impacts.csv",
         {"scene_hash": scene_hash, "model": "dem", "restitution": restitution, "dt_over_P": plan.dt_over_P},
@@ -161,21 +173,22 @@ def run(args, report: dict) -> None:
     def emit(rows):
         writer.write((writer.rows_written + i, *row) for i, row in enumerate(rows))
 
+    target = PlaneTarget()
+    bodies, fleet = Bodies([material], target), Fleet()
     logger = ImpactLogger(
-        emit, dt_s=plan.dt_s, speed_limit_m_s=SPEED_LIMIT * scene.nozzle.speed_m_s, leap=not args.plain
+        emit, bodies, target, dt_s=plan.dt_s, speed_limit_m_s=SPEED_LIMIT * scene.nozzle.speed_m_s
     )
     stream = Stream(
         scene,
         arrivals,
-        logger,
-        material,
+        (PlainSteps if args.plain else Leaps)(fleet, bodies, logger),
         plan.dt_s,
-        **({} if args.jet_margin is None else {"jet_margin_radii": args.jet_margin}),
+        **({} if args.jet_margin is None else {"jet_margin": args.jet_margin}),
     )
     flight_s = scene.nozzle.stand_off_m / scene.nozzle.speed_m_s
     try:
-        simulate(stream, logger, writer, float(arrivals["time_s"][-1]) + flight_s, TAIL_FLIGHTS * flight_s)
-        checks = postflight(plan, stream, logger)
+        simulate(stream, writer, float(arrivals["time_s"][-1]) + flight_s, flight_s)
+        checks = postflight(plan, stream)
         report["checks"] = [row._asdict() for row in checks]
         failed = [row for row in checks if not row.passed]
         if failed:
@@ -185,7 +198,7 @@ def run(args, report: dict) -> None:
         writer.abandon()
         raise
     finally:
-        report.update(summary(plan, stream, logger, writer.rows_written))
+        report.update(summary(plan, stream, writer.rows_written))
 
 
 def main() -> int:

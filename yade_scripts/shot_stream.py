@@ -1,9 +1,4 @@
-"""Shots in and out of the simulation: in before the nozzle's exit, out when they can no longer matter.
-
-Bodies are recycled by moving them, because YADE never reuses the id of an erased one and insertion
-gets slower with every id used.  A body without a shot is parked far away under another group mask:
-the integrator skips it, the collider finds it no partner.
-"""
+"""Shots in and out of the simulation: in before the nozzle's exit, out when they can no longer matter."""
 
 from __future__ import annotations
 
@@ -12,166 +7,115 @@ import math
 import numpy as np
 from yade import O
 
-from contact_model import LIVE, PARKED, add_shot, look_for_partners
-from impact_logger import Flying, FlowFailed, ImpactLogger
+from glue.flow import jets
+from flight import Fleet, Flying, FlowFailed
+from impact_logger import ImpactLogger
 
 # Shots are inserted this many (largest) diameters upstream of the exit plane, where rebounding shots are
 # dropped, so that no shot can appear inside one that leaves.
 INLET_DIAMETERS = 1.25
-# Rising shots outside the jet by this many jet radii are dropped, see Stream.  Measured at 5 kg/min (1 mm,
-# 60 m/s, e .6, 2100 shots): .2, 1, 3 and 10 jet radii give 1.0572, 1.0576, 1.0576 and 1.0572 impacts per
-# shot, mean normal energy .727 and collided share .247 in all, so what this loses is below what chance does.
-JET_MARGIN_RADII = 0.5
-# Shots this many stand-offs beside the jet are dropped even when falling: 1 m off where the window is a few
-# millimetres.  At 3 stand-offs 4 % of the shots went this way, at 10 it is .8 %.
-FAR_STAND_OFFS = 10.0
+DROPS_PER_FLIGHT = 20  # how often per flight of the stand-off the shots are looked through
 
 
 class Stream:
     """The shots of ``arrivals`` (``glue.flow.arrivals.COLUMNS``), fed and removed as time goes on.
 
-    A shot is dropped when, in straight flight, it can meet neither the stream nor the target again:
-
-    - *out of the exit*: it flies upstream through the nozzle's exit plane, where no shot has yet been;
-    - *beside the jet*: its distance from the jet's axis exceeds the jet's radius by ``JET_MARGIN_RADII`` of
-      it and grows (in straight flight it then grows for ever), and it does not fall towards the target;
-    - *far*: falling, but more than ``FAR_STAND_OFFS`` stand-offs from the axis and moving away.
-
-    Falling shots nearer than that are kept until they strike, so impacts beside the jet are in the log.
-    Only collisions among dropped shots, both of which have left the stream, are lost.
+    A shot is dropped when in straight flight it meets no jet any more, see ``glue.flow.jets``; falling ones are
+    kept until they strike (or are far beside), so impacts beside the jets are in the log.
     """
 
-    def __init__(
-        self,
-        scene,
-        arrivals: np.ndarray,
-        logger: ImpactLogger,
-        material: int,
-        dt_s: float,
-        jet_margin_radii: float = JET_MARGIN_RADII,
-    ):
-        self.arrivals, self.logger, self.material = arrivals, logger, material
-        nozzle = scene.nozzle
-        self.direction = nozzle.direction
-        self.stand_off = nozzle.stand_off_m
-        self.beside2 = (0.5 * nozzle.jet_diameter_m * (1.0 + jet_margin_radii)) ** 2
-        self.far2 = (0.5 * nozzle.jet_diameter_m + FAR_STAND_OFFS * nozzle.stand_off_m) ** 2
+    def __init__(self, scene, arrivals: np.ndarray, mover, dt_s: float, jet_margin: float = jets.JET_MARGIN):
+        self.arrivals, self.mover = arrivals, mover
+        self.fleet: Fleet = mover.fleet
+        self.logger: ImpactLogger = mover.logger
+        self.target = mover.bodies.target
+        self._jets = [], math.nan
+        self._jets_at = lambda now: jets.jet_rows(scene, max(now, 0.0), jet_margin, self.target.below_m)
+        self._moving = any(nozzle.feed for nozzle in scene.nozzles)
         self.next = 0
-        self.parked: list[int] = []
-        self.dropped = {"exit": 0, "beside": 0, "far": 0, "inlet": 0}
+        self.dropped = dict.fromkeys((*jets.REASONS[1:], "inlet"), 0)
         self.never_struck = 0
         self.energy_in_J = self.energy_out_J = 0.0  # kinetic, of the shots fed and dropped
         self.peak_live = 0
-        diameters = arrivals["diameter_m"]
-        lead_s = INLET_DIAMETERS * diameters.max(initial=0.0) / nozzle.speed_m_s
+        speed = np.sqrt(sum(arrivals[c] ** 2 for c in ("vx_m_s", "vy_m_s", "vz_m_s")))
+        lead_s = INLET_DIAMETERS * arrivals["diameter_m"].max(initial=0.0) / speed
         # step on which each shot is placed: the first whose time is not before it enters the simulation
         self.steps = np.ceil((arrivals["time_s"] - lead_s) / dt_s).astype(np.int64)
+        self.order = np.argsort(
+            self.steps, kind="stable"
+        )  # a slow shot enters before a fast one that leaves first
         # time is 0 when the first shot could cross the exit plane
-        self.first_step = logger.step = -math.ceil(lead_s / dt_s)
+        self.first_step = self.logger.step = -math.ceil(lead_s.max(initial=0.0) / dt_s)
 
     def steps_to_next(self) -> int | None:
         """Steps until the next shot enters, None when all have."""
-        return int(self.steps[self.next]) - self.logger.step if self.next < len(self.arrivals) else None
+        if self.next == len(self.arrivals):
+            return None
+        return int(self.steps[self.order[self.next]]) - self.logger.step
 
     def feed(self) -> None:
         """Place every shot that is due, each exactly where its flight through the exit plane has it now."""
-        now, first = self.logger.clock(), self.next
+        now = self.logger.clock()
         while (wait := self.steps_to_next()) is not None and wait <= 0:
-            arrival = self.arrivals[self.next]
-            shot = self._place(arrival, now)
+            shot = Flying(self.arrivals[self.order[self.next]].item())
             self._clear_inlet(shot, now)
-            self.logger.add(shot)
+            self.mover.add(shot)
             self.energy_in_J += shot.energy_J()
             self.next += 1
-        if self.next > first:
-            look_for_partners()
-        self.peak_live = max(self.peak_live, len(self.logger.live))
-
-    def _place(self, arrival, now: float) -> Flying:
-        diameter, density = float(arrival["diameter_m"]), float(arrival["density_kg_m3"])
-        mass = density * math.pi / 6.0 * diameter**3
-        if not self.parked:
-            self.parked.append(add_shot(self.material, diameter, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
-        body = O.bodies[self.parked.pop()]
-        shot = Flying(arrival, body.id, mass)
-        body.mask = LIVE
-        body.shape.radius = 0.5 * diameter
-        state = body.state
-        state.mass = mass
-        state.inertia = (0.1 * mass * diameter**2,) * 3
-        state.pos, state.vel = shot.at(now), shot.vel
-        state.angVel = state.angMom = (0.0, 0.0, 0.0)
-        return shot
+        self.peak_live = max(self.peak_live, len(self.fleet.shots))
 
     def _clear_inlet(self, new: Flying, now: float) -> None:
         """Drop what still blocks the inlet: a shot thrown back into the nozzle that has not left it yet."""
-        x, y, z = new.at(now)
-        for shot in list(self.logger.live.values()):
-            p = O.bodies[shot.body].state.pos if shot.open else shot.at(now)
-            if math.dist(p, (x, y, z)) <= new.radius + shot.radius:
-                if shot.open:
+        if not self.fleet.shots:
+            return
+        for shot in self.fleet.near(new.at(now), new.radius, 0.0, now):
+            self._drop(shot, jets.REASONS[self._fate(shot, now)] or "inlet")
+        for contact in self.logger.open.values():
+            for shot in contact.shots:
+                if math.dist(O.bodies[shot.body].state.pos, new.at(now)) <= new.radius + shot.radius:
                     raise FlowFailed(
                         f"shot {new.shot_id} enters the nozzle inside shot {shot.shot_id},"
                         " which is in contact there: the stream is too dense"
                     )
-                self._park(shot, "inlet")
 
     def drop(self) -> None:
         """Remove the shots that can no longer matter."""
+        fleet = self.fleet
+        if not fleet.shots:
+            return
         now = self.logger.clock()
-        dx, _, dz = self.direction  # lies in the x-z plane
-        for shot in list(self.logger.live.values()):
-            if shot.open:
-                continue
-            x, y, z = shot.at(now)
-            u, v, w = shot.vel
-            upstream, drift = -(x * dx + z * dz), u * dx + w * dz
-            qx, qz = x + upstream * dx, z + upstream * dz  # vector from the jet's axis
-            off2, leaving = qx * qx + y * y + qz * qz, qx * u + y * v + qz * w > 0.0
-            if drift < 0.0 and upstream > self.stand_off:
-                self._park(shot, "exit")
-            elif leaving and off2 > self.beside2 and w >= 0.0:
-                self._park(shot, "beside")
-            elif leaving and off2 > self.far2:
-                self._park(shot, "far")
+        place, way, outside = fleet.at(now), fleet.vel, fleet.free.copy()
+        for row in self._rows(now):
+            axis = np.array(row[3:6])
+            off = place - np.array(row[:3])[:, None]
+            s = axis @ off
+            off2 = np.einsum("ij,ij->j", off, off) - s * s
+            outside &= (off2 > np.maximum(row[6] + s * row[7], 0.0) ** 2) | (s < 0.0) | (s > row[9])
+        for shot in [fleet.shots[i] for i in outside.nonzero()[0].tolist()]:
+            if fate := self._fate(shot, now):
+                self._drop(shot, jets.REASONS[fate])
 
-    def _park(self, shot: Flying, why: str) -> None:
-        self.check_flight(shot)
+    def _rows(self, now: float) -> list[tuple]:
+        if self._moving or not self._jets[0]:
+            if self._jets[1] != now:
+                self._jets = self._jets_at(now), now
+        return self._jets[0]
+
+    def _fate(self, shot: Flying, now: float) -> int:
+        """Of a free shot, as ``jets.fate``."""
+        leaves = self.target.landing(shot, now) == math.inf
+        return jets.fate(*shot.at(now), *shot.vel, leaves, self._rows(now))
+
+    def _drop(self, shot: Flying, why: str) -> None:
         self.dropped[why] += 1
         self.never_struck += shot.impacts == 0
         self.energy_out_J += shot.energy_J()
-        self.logger.remove(shot)
-        body = O.bodies[shot.body]
-        body.mask = PARKED
-        body.state.pos = (1e3 + shot.body, 0.0, 1e3)
-        body.state.vel = body.state.angVel = (0.0, 0.0, 0.0)
-        self.parked.append(shot.body)
-
-    def check_flight(self, shot: Flying) -> None:
-        """A free shot must fly as its last contact left it: else a contact was missed. Raises FlowFailed."""
-        state = O.bodies[shot.body].state
-        if tuple(state.vel) != shot.vel:
-            raise FlowFailed(
-                f"shot {shot.shot_id} changed its velocity without a logged contact at t ="
-                f" {self.logger.clock():.6g} s ({shot.vel} to {tuple(state.vel)})"
-            )
-        off = math.dist(state.pos, shot.at(self.logger.clock()))
-        if not off < 1e-3 * shot.radius:
-            raise FlowFailed(f"shot {shot.shot_id} is {off:.3g} m off its straight flight")
-
-    def audit(self) -> None:
-        """Every live shot: finite, above the plane, in undisturbed flight unless in contact."""
-        for shot in self.logger.live.values():
-            z = O.bodies[shot.body].state.pos[2]
-            if not 0.0 < z < math.inf:
-                raise FlowFailed(f"shot {shot.shot_id} is below the target's surface or lost (z = {z:.4g} m)")
-            if not shot.open:
-                self.check_flight(shot)
+        self.mover.remove(shot)
 
     def energy_left(self) -> float:
         """Kinetic energy of all shots at their last free flight over what they left the nozzle with."""
-        return (self.energy_out_J + sum(s.energy_J() for s in self.logger.live.values())) / self.energy_in_J
+        return (self.energy_out_J + sum(s.energy_J() for s in self.fleet.shots)) / self.energy_in_J
 
     def falling(self) -> int:
         """Number of live shots that still fly towards the target or are in contact."""
-        return sum(1 for s in self.logger.live.values() if s.open or s.vel[2] < 0.0)
+        return sum(1 for s in self.fleet.shots if s.open or s.vel[2] < 0.0)

@@ -15,9 +15,10 @@ sys.path.insert(0, str(Path(sys.argv[0]).resolve().parent))  # __file__ is that 
 from rows import SCRIPTS, Rows
 
 from contact_model import Solid, measure_rebounds, p_wave_step_s
-from flow_checks import plan_run
 from glue.errors import InputError
+from glue.flow.restitution import RestitutionLaw
 from glue.scene.reader import read_scene
+from run_plan import plan_run
 
 STEEL = Solid(E_Pa=210e9, nu=0.3, density_kg_m3=7800.0)
 ALUMINIUM = Solid(E_Pa=73.1e9, nu=0.33, density_kg_m3=2780.0)
@@ -29,7 +30,7 @@ def refused(restitution=0.34, dt_over_P=1.0, **shots) -> str:
     """The reason for which a run is refused, empty when it is not."""
     scene = dataclasses.replace(SCENE, media=(dataclasses.replace(SCENE.shots, **shots),))
     try:
-        plan_run(scene, restitution, dt_over_P)
+        plan_run(scene, RestitutionLaw(restitution), dt_over_P)
     except InputError as e:
         return "; ".join(e.problems)
     return ""
@@ -67,7 +68,7 @@ mixed = dataclasses.replace(
 )
 rows.near(
     "mixed sizes: the step follows the smallest shot [s]",
-    plan_run(mixed, 0.34, 1.0).dt_s,
+    plan_run(mixed, RestitutionLaw(0.34), 1.0).dt_s,
     p_wave_step_s(small, STEEL),
     1e-12,
 )

@@ -1,0 +1,54 @@
+"""Plain stepping: every live shot is a body in YADE all the time, every step of ``dt`` is made.
+
+The yardstick of ``leaps.py``: nothing is foreseen, so nothing can be foreseen wrongly.
+"""
+
+from __future__ import annotations
+
+from yade import O
+
+from bodies import Bodies
+from flight import Fleet, Flying
+from impact_logger import ImpactLogger
+
+
+class PlainSteps:
+    """As ``leaps.Leaps``. YADE is asked for contacts every ``stride`` steps, while one is open after each.
+
+    A contact shorter than ``stride`` steps may be missed by the log (not by the shots); ``grazes`` counts those
+    that a later question found.
+    """
+
+    name = "plain"
+
+    def __init__(self, fleet: Fleet, bodies: Bodies, logger: ImpactLogger, stride: int = 1):
+        self.fleet, self.bodies, self.logger, self.stride = fleet, bodies, logger, stride
+        logger.held, logger.freed = fleet.hold, self._freed
+
+    def add(self, shot: Flying) -> None:
+        """``shot`` flies from now on."""
+        self.fleet.add(shot)
+        self.bodies.put(shot, self.logger.clock())
+        self.bodies.refresh()
+
+    def remove(self, shot: Flying) -> None:
+        """``shot``, which is in no contact, leaves the simulation."""
+        self.bodies.park(shot)
+        self.fleet.remove(shot)
+
+    def advance(self, steps: int) -> None:
+        """Go on by ``steps`` time steps. Raises FlowFailed as soon as a contact gives what no contact can."""
+        log, step, count, stride = self.logger, O.step, O.interactions.countReal, self.stride
+        end = log.step + steps
+        log.executed += steps
+        while log.step < end:
+            n = 1 if log.open else min(stride, end - log.step)
+            for _ in range(n):
+                step()
+            log.step += n
+            if log.open or count():
+                log.after_step()
+
+    def _freed(self, shots, now: float) -> None:
+        for shot in shots:
+            self.fleet.renew(shot)

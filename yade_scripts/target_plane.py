@@ -1,0 +1,40 @@
+"""The flat target: one plane z = 0, body 0, for all shots."""
+
+from __future__ import annotations
+
+import math
+
+from flight import Flying
+from forecast import landing_time_s
+
+WALL = 0  # body id of the target plane
+UP = (0.0, 0.0, 1.0)
+
+
+class PlaneTarget:
+    """A target for ``Bodies`` and ``ImpactLogger``; it is its only patch."""
+
+    def __init__(self):
+        self.patches = {WALL: self}
+
+    below_m = math.inf  # how far it reaches below z = 0
+
+    landing = staticmethod(landing_time_s)
+
+    def near(self, place, distance_m: float) -> bool:
+        """Is the point within ``distance_m`` of the surface?"""
+        return place[2] < distance_m
+
+    def depth_m(self, place) -> float:
+        """How far the point lies below the surface (negative above)."""
+        return -place[2]
+
+    def struck_by(self, shot: Flying) -> tuple[float, tuple, tuple]:
+        """(moment of first touch [s], touched point, normal) of a shot in free flight."""
+        begin = shot.t + (shot.pos[2] - shot.radius) / -shot.vel[2]
+        x, y, _ = shot.at(begin)
+        return begin, (x, y, 0.0), UP
+
+    def under(self, place) -> tuple[tuple, tuple]:
+        """(touched point, normal) of a shot that is at ``place`` and touches."""
+        return (place[0], place[1], 0.0), UP

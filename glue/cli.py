@@ -17,15 +17,15 @@ from glue.errors import InputError, PeenError
 from glue.target.cache import cache_root
 
 _STAGE_COMMANDS = {
-    "flow": "simulate the shot stream in YADE and log every impact",
+    "flow": "simulate the shot stream (ballistic, event-driven or in YADE) and log every impact",
     "coverage": "count coverage over exposure time from the impact log",
     "target": "solve the target under the logged impacts in FreeFEM",
     "surface": "the peened surface's height map and roughness",
     "report": "draw the figures and write report.html, of what there is",
 }
 
-_DESCRIPTION = """Shot peening in numbers: YADE simulates the shot stream and logs every impact, FreeFEM
-solves what the impacts do to the target, and this command carries the data between them and turns it into
+_DESCRIPTION = """Shot peening in numbers: YADE (or a cheaper model that is as good for the scene) simulates
+the shot stream and logs every impact, FreeFEM solves what the impacts do to the target, and this command carries the data between them and turns it into
 coverage, residual stress and roughness.
 
 A SCENE is a TOML file or the name of a shipped example (peen check with a wrong name lists them). A RUN is
@@ -144,11 +144,13 @@ def _parser() -> argparse.ArgumentParser:
 
 def _check(args) -> int:
     from glue.scene.reader import read_scene
-    from glue.study.check import check, check_text
+    from glue.study.check import check
+    from glue.study.check_text import check_text
     from glue.study.pipeline import find_scene
 
-    scene = read_scene(find_scene(args.scene), preset=args.accuracy)
-    print(json.dumps(check(scene), indent=2) if args.json else check_text(scene))
+    scene_file = find_scene(args.scene)
+    scene = read_scene(scene_file, preset=args.accuracy)
+    print(json.dumps(check(scene, scene_file), indent=2) if args.json else check_text(scene, scene_file))
     return 0
 
 

@@ -1,4 +1,4 @@
-"""The shot stream in YADE: draws the arrivals, runs ``yade_scripts/shot_flow.py``, reads its log."""
+"""The shot stream in YADE: runs ``yade_scripts/shot_flow.py`` on drawn arrivals and reads its log."""
 
 from __future__ import annotations
 
@@ -6,27 +6,18 @@ import json
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from glue import solvers
+from glue.atomic import write_text_atomic
 from glue.errors import InputError, NotConverged, SolverFailed
-from glue.flow.arrivals import draw_arrivals, scene_hash, write_arrivals
-from glue.flow.impacts import read_impacts, stream_numbers
-from glue.flow.regime import collision_number
+from glue.flow.arrivals import scene_hash
+from glue.flow.impacts import read_impacts
+from glue.flow.restitution import RestitutionLaw
 from glue.scene.model import Scene
 
 _PROGRESS = re.compile(r"progress (\S+) eta_s (\S+)")
-
-
-class FlowResult(NamedTuple):
-    """Where the logs are, the impacts (``glue.flow.impacts.COLUMNS``) and the numbers of the run."""
-
-    impacts_path: Path
-    impacts: np.ndarray
-    arrivals_path: Path
-    info: dict
 
 
 def run_dem(
@@ -34,27 +25,24 @@ def run_dem(
     scene_file: Path,
     out: Path,
     *,
-    shot_target_restitution: float,
+    law: RestitutionLaw,
+    arrivals_path: Path,
+    surface_path: Path | None = None,
     progress: Callable[[float, str], None] | None = None,
-) -> FlowResult:
-    """Simulate every shot of ``scene``; writes arrivals.csv, impacts.csv, flow.json, flow.log into ``out``.
+    go_on: bool = False,
+) -> tuple[np.ndarray, dict]:
+    """Let YADE fly the shots of ``arrivals_path``: (impacts, what flow.json says of the run).
 
     ``scene_file`` is the file that ``scene`` was read from: YADE reads it again, and refuses arrivals of
-    another scene.  ``info`` holds model, collision_number (Pi_eff), impacts, mean_normal_speed_m_s,
-    collided_fraction, mean_normal_energy_fraction, wall_s and all of flow.json (time step, steps,
-    calibrated restitution, where every shot went, the checks).
+    another scene.  ``law``: restitution on the target; ``surface_path``: a target of triangles (.npz of
+    ``glue.flow.surface``).  ``go_on``: from a stopped run's checkpoint in ``out``, where there is one.
+    Writes impacts.csv, flow.json, law.json, flow.log into ``out``.
 
-    Raises InputError when the scene cannot be simulated (empty or too dense stream, restitution, time
-    step), NotConverged when a check of the run failed, SolverFailed when YADE stopped otherwise; the
-    log so far stays as impacts.csv.part.
+    Raises InputError when the scene cannot be simulated (restitution, time step), NotConverged when a check
+    of the run failed, SolverFailed when YADE stopped otherwise; the log so far stays as impacts.csv.part.
     """
-    out = Path(out).resolve()
-    out.mkdir(parents=True, exist_ok=True)
-    arrivals_path, impacts_path, report_path = out / "arrivals.csv", out / "impacts.csv", out / "flow.json"
-    report_path.unlink(missing_ok=True)  # a stopped run must not be explained by an older one's report
-    digest = scene_hash(scene)
-    numbers = collision_number(scene, shot_target_restitution)
-    write_arrivals(arrivals_path, draw_arrivals(scene), digest)
+    impacts_path, report_path = out / "impacts.csv", out / "flow.json"
+    write_text_atomic(out / "law.json", json.dumps(law.as_dict(), indent=2) + "\n")
 
     def on_line(line: str) -> None:
         if progress and (found := _PROGRESS.match(line)):
@@ -65,11 +53,15 @@ def run_dem(
         str(out),
         "--arrivals",
         str(arrivals_path),
-        "--restitution",
-        repr(float(shot_target_restitution)),
+        "--law",
+        str(out / "law.json"),
         "--accuracy",
         scene.accuracy.preset,
     ]
+    if surface_path is not None:
+        args += ["--surface", str(surface_path)]
+    if go_on:
+        args.append("--continue")
     try:
         done = solvers.run_yade(
             solvers.repo_root() / "yade_scripts" / "shot_flow.py",
@@ -88,18 +80,11 @@ def run_dem(
         raise SolverFailed(
             "YADE ended well, but what it wrote cannot be used", cause=str(e), log=done.log
         ) from None
-    if header.get("scene_hash") != digest:
+    if header.get("scene_hash") != scene_hash(scene):
         raise SolverFailed(
             "the impact log is of another scene", cause=f"scene hash {header.get('scene_hash')}", log=done.log
         )
-    info = {
-        **report,
-        **stream_numbers(impacts, scene.nozzle.speed_m_s),
-        "model": "dem",
-        "collision_number": numbers["pi_eff"],
-        "wall_s": done.wall_s,
-    }
-    return FlowResult(impacts_path, impacts, arrivals_path, info)
+    return impacts, report
 
 
 def _explained(error: SolverFailed, report_path: Path) -> Exception:

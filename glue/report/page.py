@@ -11,6 +11,7 @@ from glue.atomic import write_text_atomic
 from glue.report.figures import DPI
 from glue.scene.model import Scene
 from glue.study.rows import ROWS, shown
+from glue.study.summary import choices_made
 
 STYLE = """
 :root { color-scheme: light; }
@@ -88,7 +89,7 @@ def page(
         f"<h2>Result</h2><div class=cards>{_results(metrics)}</div>\n"
         f"<h2>Figures</h2>{''.join(_figure(*image) for image in images)}\n"
         f"<h2>Scene</h2><table class=narrow>{rows}</table>\n"
-        f"{_choices(manifest)}{_costs(manifest)}</body></html>\n"
+        f"{_choices(manifest, metrics)}{_costs(manifest)}</body></html>\n"
     )
 
 
@@ -117,8 +118,8 @@ def _figure(title: str, caption: str, png: bytes) -> str:
     return f"<figure><h3>{escape(title)}</h3>{image}<figcaption>{escape(caption)}</figcaption></figure>"
 
 
-def _choices(manifest: dict) -> str:
-    chosen = manifest.get("choices", {}).items()
+def _choices(manifest: dict, metrics: dict) -> str:
+    chosen = choices_made(manifest, metrics).items()
     rows = [(stage, choice["model"], choice["why"]) for stage, choice in chosen]
     defaults = "".join(f"<li>{escape(line)}</li>" for line in manifest.get("defaults_used", []))
     text = _table("Models and why", ("stage", "model", "why"), rows)

@@ -3,57 +3,130 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
+
+import numpy as np
 
 from glue.flow.arrivals import check_stream
-from glue.flow.regime import collision_number
+from glue.flow.drag import drag_number
+from glue.flow.footprint import expected_impacts
+from glue.flow.regime import (
+    choose_flow,
+    collision_number,
+    expected_errors,
+    gravity_number,
+    overlap_number,
+    resolve_physics,
+)
 from glue.scene.consistency import estimated_dimple_radius_m, volume_fraction
 from glue.scene.model import Accuracy, Scene
+from glue.study.coverage_stage import refuse_window
+from glue.study.exposure import expected_hits, mean_square_diameter_m2
+from glue.study.flow_stage import refuse_flow, restitution_estimate
 from glue.study.pipeline import choices, default_out
 
 # YADE crosses free flight in one step and takes small ones only around contacts: so many per contact at
 # dt = 1 P, each so long on one core with what the logger adds (468 000 steps for 15 900 contacts in 13.6 s).
 _STEPS_PER_CONTACT, _STEP_S = 29.0, 29e-6
+# Event-driven: seconds per contact (reference scene: 71 000 events a peening second in .16 s) and to compile.
+_EVENT_S, _COMPILE_S = 5e-6, 1.0
 # The target's cell: seconds per impact, unknown and load step (41 impacts, 14 592 unknowns, 3 steps: 54 s).
 _CELL_S = 54.0 / (41 * 14592 * 3)
-# A guess of the restitution until a dimple is computed: a rigid 1 mm steel shot on 2024 at 60 m/s.
-_RESTITUTION_GUESS = 0.34
 _FEW_IMPACTS = 5.0  # below, one impact more or less changes the target's exposure by a fifth and more
 
 
-def check(scene: Scene) -> dict:
+def check(scene: Scene, scene_file: Path | None = None) -> dict:
     """Numbers that tell what the scene is like, for printing or as JSON; nothing is run.
 
-    Raises InputError when its stream of shots cannot be drawn.
+    ``scene_file``: the file it was read from, which an STL surface is found beside.  Raises InputError when its
+    stream of shots cannot be drawn, or its surface or window not be used.
     """
-    check_stream(scene)
+    if scene_file is None:
+        check_stream(scene)
+    else:
+        refuse_flow(scene, scene_file)
+        refuse_window(scene, scene_file)
     shots, nozzle, target = scene.shots, scene.nozzle, scene.target
-    asked = scene.restitution.shot_target
-    restitution = _RESTITUTION_GUESS if asked == "from_dimple" else asked
+    e, source = restitution_estimate(scene)
+    physics = resolve_physics(scene)
+    flow = choose_flow(scene, e)
+    areas = _dimple_areas_m2(scene)
+    hits = expected_hits(scene, areas)
+    exposure = float(hits.hits[-1].mean())
     radius = estimated_dimple_radius_m(shots, nozzle.normal_speed_m_s, target.material)
-    per_area = scene.expected_shots / nozzle.footprint_area_m2
-    hits = math.pi * radius**2 * per_area
+    half = [0.5 * side for side in target.window_m]
+    in_window = expected_impacts(scene, -half[0], half[0], -half[1], half[1])
+    per_area = in_window / target.window_area_m2
     in_cell = per_area * (scene.accuracy.cell_side_in_radii * radius) ** 2
     return {
         "name": scene.name,
         "run_directory": str(default_out(scene)),
         "expected_shots": scene.expected_shots,
-        "expected_impacts_in_window": per_area * target.window_area_m2,
+        "expected_impacts_in_window": in_window,
+        "expected_impacts_per_pass": _per_pass(scene, half),
         "expected_impacts_in_cell": in_cell,
-        "mass_flow_kg_s": nozzle.mass_flow_kg_s,
+        "mass_flow_kg_s": scene.mass_flow_kg_s,
         "shot_energy_J": 0.5 * shots.mean_mass_kg * nozzle.speed_m_s**2,
-        "solids_fraction_of_jet": volume_fraction(shots, nozzle),
-        "restitution_for_estimates": restitution,
-        "restitution_source": "guess until the dimple is computed" if asked == "from_dimple" else "the scene",
-        "collision_number": collision_number(scene, restitution),
+        "nozzles": [_nozzle(scene, n) for n in scene.nozzles],
+        "media": [_medium(scene, s) for s in scene.media],
+        "solids_fraction_of_jet": max(volume_fraction(shots, n) for n in scene.nozzles),
+        "restitution_for_estimates": e,
+        "restitution_source": source,
+        "collision_number": collision_number(scene, e),
+        "overlap_number": overlap_number(scene, e),
+        "gravity_number": gravity_number(scene),
+        "drag_number": 0.0 if scene.air_drag is None else drag_number(scene),
+        "expected_flow_errors": expected_errors(scene, e),
         "dimple_radius_estimate_m": radius,
-        "mean_hits_per_point_estimate": hits,
-        "coverage_estimate": -math.expm1(-hits),
-        "flow_cost_estimate_s": _flow_cost_s(scene, restitution),
-        "target_cost_estimate_s": _target_cost_s(scene.accuracy, per_area, radius),
-        "warnings": _warnings(in_cell),
+        "mean_hits_per_point_estimate": exposure,
+        "coverage_estimate": float(hits.coverage([scene.exposure_time_s])[0]),
+        "flow_cost_estimate_s": _flow_cost_s(scene, flow.model, e),
+        "target_cost_estimate_s": _target_cost_s(scene.accuracy, in_cell),
+        "warnings": [*flow.warnings, *_warnings(in_cell)],
+        "physics": {block: vars(choice) for block, choice in physics.choices.items()},
         "choices": choices(scene),
         "accuracy": vars(scene.accuracy),
         "defaults_used": list(scene.defaults_used),
+    }
+
+
+def _dimple_areas_m2(scene: Scene) -> np.ndarray:
+    """Estimated mean dimple area by nozzle and medium, (nozzles, media) [m^2]."""
+    found = np.empty((len(scene.nozzles), len(scene.media)))
+    for i, nozzle in enumerate(scene.nozzles):
+        for k, shots in enumerate(scene.media):
+            radius = estimated_dimple_radius_m(shots, nozzle.normal_speed_m_s, scene.target.material)
+            found[i, k] = math.pi * (radius / shots.diameter_m) ** 2 * mean_square_diameter_m2(shots)
+    return found
+
+
+def _per_pass(scene: Scene, half: list[float]) -> list[float]:
+    """Impacts expected in the window by pass, of all nozzles; one entry where nothing travels."""
+    passes = max(1 if n.feed is None else n.feed.passes for n in scene.nozzles)
+    return [expected_impacts(scene, -half[0], half[0], -half[1], half[1], pass_id=k) for k in range(passes)]
+
+
+def _nozzle(scene: Scene, nozzle) -> dict:
+    along, across = nozzle.footprint_semi_axes_m
+    return {
+        "speed_m_s": nozzle.speed_m_s,
+        "mass_flow_kg_s": nozzle.mass_flow_kg_s,
+        "impact_angle_deg": nozzle.impact_angle_deg,
+        "footprint_m": [2.0 * along, 2.0 * across],
+        "shots_1_s": nozzle.mass_flow_kg_s * scene.shots_per_kg,
+        "passes": 1 if nozzle.feed is None else nozzle.feed.passes,
+        "feed_speed_m_s": 0.0 if nozzle.feed is None else nozzle.feed.speed_m_s,
+    }
+
+
+def _medium(scene: Scene, shots) -> dict:
+    return {
+        "grade": shots.grade,
+        "medium": shots.medium,
+        "diameter_m": shots.diameter_m,
+        "density_kg_m3": shots.density_kg_m3,
+        "mass_fraction": shots.mass_fraction,
+        "number_fraction": shots.mass_fraction / shots.mean_mass_kg / scene.shots_per_kg,
     }
 
 
@@ -66,66 +139,18 @@ def _warnings(in_cell: float) -> list[str]:
     ]
 
 
-def _flow_cost_s(scene: Scene, restitution: float) -> float:
-    """Wall time [s] of the flow in YADE, to a factor of two: the steps around contacts, at most all steps."""
-    shots, dt_over_P = scene.shots, scene.accuracy.flow_dt_over_P
-    p_wave_s = 0.5 * shots.diameter_m * math.sqrt(shots.density_kg_m3 / shots.E_Pa)
+def _flow_cost_s(scene: Scene, model: str, restitution: float) -> float:
+    """Wall time [s] of the flow, to a factor of two: in YADE the steps around contacts, at most all steps."""
     contacts = scene.expected_shots * (1.0 + collision_number(scene, restitution)["collisions_per_shot"])
+    if model != "dem":
+        return _COMPILE_S + _EVENT_S * contacts
+    shots, dt_over_P = scene.shots, scene.accuracy.flow_dt_over_P
+    p_wave_s = 0.5 * scene.smallest_diameter_m * math.sqrt(shots.density_kg_m3 / shots.E_Pa)
     return _STEP_S / dt_over_P * min(contacts * _STEPS_PER_CONTACT, scene.exposure_time_s / p_wave_s)
 
 
-def _target_cost_s(accuracy: Accuracy, impacts_per_m2: float, radius_m: float) -> float:
-    """Wall time [s] of the target's cell, to a factor of two; P2 elements, one layer more than per side."""
+def _target_cost_s(accuracy: Accuracy, impacts: float) -> float:
+    """Wall time [s] of the target's cell under ``impacts``, to a factor of two; P2 elements, one layer more than per side."""
     n = accuracy.cell_elements_per_side
     unknowns = 3 * (2 * n) ** 2 * (2 * (n + 1) + 1)
-    impacts = impacts_per_m2 * (accuracy.cell_side_in_radii * radius_m) ** 2
     return _CELL_S * impacts * unknowns * accuracy.cell_load_steps
-
-
-def check_text(scene: Scene) -> str:
-    """The same as :func:`check` for reading."""
-    c = check(scene)
-    pi = c["collision_number"]
-    s, n, t = scene.shots, scene.nozzle, scene.target
-    radius_um, hits = c["dimple_radius_estimate_m"] * 1e6, c["mean_hits_per_point_estimate"]
-    e, source = c["restitution_for_estimates"], c["restitution_source"]
-    lines = [
-        f"{scene.name}: {s.diameter_m * 1e3:g} mm {s.medium} at {n.speed_m_s:g} m/s,"
-        f" {n.impact_angle_deg:g}° from the surface, on {t.material.name}, {scene.exposure_time_s:g} s",
-        "",
-        "What it is like",
-        f"  shots                      {c['expected_shots']:.0f} expected"
-        f" ({scene.shot_rate_1_s:.0f} per second),"
-        f" {c['expected_impacts_in_window']:.0f} of them into the window",
-        f"  energy of a shot           {c['shot_energy_J'] * 1e3:.3g} mJ",
-        f"  share of the jet's volume  {c['solids_fraction_of_jet']:.2g}",
-        f"  dimple radius              {radius_um:.0f} µm (estimate, energy over flow stress)",
-        f"  coverage                   {c['coverage_estimate']:.4f} (estimate, {hits:.2f} hits per point)",
-        f"  collision number           {pi['pi_eff']:.3g}"
-        f" ({pi['collisions_per_shot']:.2g} collisions per shot;"
-        f" below .01 shots hardly meet), with restitution {e:g} ({source})",
-        f"  flow in YADE               about {_duration(c['flow_cost_estimate_s'])} on one core",
-        f"  target in FreeFEM          about {_duration(c['target_cost_estimate_s'])} on one core",
-        *(f"  warning                    {text}" for text in c["warnings"]),
-        "",
-        "What will be modelled",
-        *(f"  {stage:<11} {choice['model']:<14} {choice['why']}" for stage, choice in c["choices"].items()),
-        f"  accuracy    {scene.accuracy.preset:<14} "
-        + ", ".join(f"{k} {v:g}" for k, v in c["accuracy"].items() if k != "preset"),
-        "",
-        "Defaults used" if scene.defaults_used else "No defaults used: the scene says everything",
-        *(f"  {line}" for line in scene.defaults_used),
-        "",
-        f"Run it: peen run SCENE   (into {c['run_directory']})",
-    ]
-    return "\n".join(lines)
-
-
-def _duration(seconds: float) -> str:
-    return (
-        f"{seconds:.0f} s"
-        if seconds < 120
-        else f"{seconds / 60:.0f} min"
-        if seconds < 7200
-        else f"{seconds / 3600:.1f} h"
-    )

@@ -9,10 +9,12 @@ from typing import Any
 
 from glue import solvers, stopping
 from glue.errors import InputError, PeenError
+from glue.flow.regime import choose_flow, resolve_physics
 from glue.scene.model import Scene
 from glue.scene.reader import example_names, example_path, read_bytes, read_scene, resolved_dict
 from glue.study.rundir import RunDirectory, digest, file_digest, read_manifest
 from glue.study.stage import Stage, Work
+from glue.study.target_surface import companions
 
 # progress(stage, fraction done or None, text): called from the thread that runs the stage.
 Progress = Callable[[str, float | None, str], None]
@@ -64,7 +66,8 @@ def run(
         "defaults_used": list(scene.defaults_used),
     }
     with RunDirectory.create_or_continue(
-        path, scene=content, preset=preset, resolved=resolved_dict(scene), facts=facts
+        path, scene=content, preset=preset, resolved=resolved_dict(scene), facts=facts,
+        companions=companions(scene, scene_file),
     ) as folder:
         _run_stages(folder, scene, wanted, stages, progress)
     return path
@@ -88,9 +91,20 @@ def rerun(path: Path, only: Sequence[str], progress: Progress, stages: Sequence[
 
 
 def choices(scene: Scene) -> dict:
-    """{stage: {"model", "why"}} for the manifest and for printing; with it the hardening law of each solver."""
+    """{stage: {"model", "why"}} for the manifest and for printing; with it the hardening law of each solver.
+
+    The flow's is chosen again when it runs, with the restitution of the dimple instead of an estimate.
+    """
+    from glue.study.flow_stage import restitution_estimate  # here: loads the target's models
+
     material = scene.target.material
     chosen = {name: {"model": c.model, "why": c.why} for name, c in vars(scene.models).items()}
+    flow = choose_flow(scene, restitution_estimate(scene)[0])
+    chosen["flow"] = {"model": flow.model, "why": flow.why}
+    chosen |= {
+        block.replace("_", " "): {"model": c.model, "why": c.why}
+        for block, c in resolve_physics(scene).choices.items()
+    }
     single, bounded = material.johnson_cook, material.combined
     chosen["dimple law"] = {
         "model": "johnson-cook",
@@ -148,27 +162,29 @@ def _run_stages(folder: RunDirectory, scene: Scene, wanted, stages, progress: Pr
     for stage in wanted:
         stopping.check()
         done = frozenset(n for n, r in folder.manifest["stages"].items() if r["state"] == "complete")
-        inputs = _inputs(folder, stage)
+        inputs = _inputs(folder, scene, stage)
         input_hash = digest(inputs)
         if folder.is_current(stage.name, input_hash):
             folder.keep(stage.name)
             progress(stage.name, 1.0, "up to date")
             continue
-        folder.begin(stage.name, [s.name for s in _builds_on(stage, stages)], stage.owns)
-        work = Work(scene, folder.path, folder.scene_file, _teller(progress, stage.name), done)
-        progress(stage.name, 0.0, "starts")
-        _run_one(folder, stage, work, {"input_sha256": input_hash, "inputs": inputs, "versions": solvers.versions()})
+        go_on = stage.resumes and folder.can_go_on(stage.name, input_hash)
+        folder.begin(stage.name, [s.name for s in _builds_on(stage, stages)], stage.owns, input_hash, go_on)
+        work = Work(scene, folder.path, folder.scene_file, _teller(progress, stage.name), done, go_on)
+        progress(stage.name, 0.0, "goes on from a stopped attempt" if go_on else "starts")
+        record = {"input_sha256": input_hash, "went_on": go_on, "inputs": inputs, "versions": solvers.versions()}
+        _run_one(folder, stage, work, record)
         progress(stage.name, 1.0, "done")
     stopping.check()  # else a run that was told to stop in its last stage would call itself done
 
 
-def _inputs(folder: RunDirectory, stage: Stage) -> dict:
+def _inputs(folder: RunDirectory, scene: Scene, stage: Stage) -> dict:
     """All that decides the stage's result, as it is now."""
     versions = solvers.versions()
     return {
         "scene": folder.manifest["inputs_sha256"],
         "code": _code(stage),
-        "versions": {name: versions[name] for name in stage.solvers},
+        "versions": {name: versions[name] for name in stage.runs(scene, folder.path)},
         "upstream": {name: folder.outputs_digest(name) for name in (*stage.needs, *stage.uses)},
     }
 
@@ -193,14 +209,14 @@ def _look_ahead(folder: RunDirectory, scene: Scene, wanted: Sequence[Stage], sta
     Before anything is removed or run: a solver that is missing (SolverFailed) or a scene that a stage refuses
     (InputError) must cost no result and no time.
     """
-    stale = [s for s in wanted if not folder.is_current(s.name, digest(_inputs(folder, s)))]
+    stale = [s for s in wanted if not folder.is_current(s.name, digest(_inputs(folder, scene, s)))]
     may_run = {s.name for stage in stale for s in (stage, *_builds_on(stage, stages))}
     find = {"yade": solvers.find_yade, "freefem": solvers.find_freefem}
-    for name in {name: None for s in wanted if s.name in may_run for name in s.solvers}:
+    for name in {name: None for s in wanted if s.name in may_run for name in s.runs(scene, folder.path)}:
         find[name]()
     for stage in wanted:
         if stage.name in may_run:
-            stage.refuse(scene)
+            stage.refuse(scene, folder.scene_file)
 
 
 def _teller(progress: Progress, name: str) -> Callable[[float | None, str], None]:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
 
 from glue.atomic import atomic_path
 from glue.flow.impacts import read_impacts
+from glue.scene.model import Scene
+from glue.surface.window import in_window_coordinates
 from glue.target.dimple import Dimple
 
 
@@ -16,9 +19,21 @@ def load_dimple(path: Path) -> Dimple:
     return Dimple.load(path / "dimple" / "dimple.npz")
 
 
-def load_impacts(path: Path) -> np.ndarray:
-    """The impact log of the run directory ``path``, a structured array (see ``glue.flow.impacts``)."""
-    return read_impacts(path / "flow" / "impacts.csv")[0]
+def load_impacts(path: Path, scene: Scene) -> np.ndarray:
+    """The impacts of a run directory, in the coordinates of the scene's window (``glue.surface.window``)."""
+    return in_window_coordinates(read_impacts(path / "flow" / "impacts.csv")[0], scene.target.surface)
+
+
+def plain(values: dict) -> dict:
+    """``values`` for JSON: Python numbers, and null with a reason for what is not finite."""
+    result = {}
+    for key, value in values.items():
+        value = value.item() if isinstance(value, np.generic) else value
+        if isinstance(value, float) and not math.isfinite(value):
+            result |= {key: None, f"{key}_reason": f"came out as {value}"}
+        else:
+            result[key] = value
+    return result
 
 
 def write_columns(path: Path, **columns: np.ndarray) -> None:

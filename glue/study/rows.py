@@ -42,7 +42,9 @@ ROWS = {
         ("impacts", "impacts on the target", 1, "", 0),
         ("mean_normal_speed_m_s", "mean normal speed", 1, "m/s", 1),
         ("collided_fraction", "met another shot first", 100, "%", 1),
+        ("mean_normal_energy_fraction", "mean normal energy over the nozzle's", 100, "%", 1),
         ("collision_number", "collision number", 1, "", 3),
+        ("warning", "warning", None, "", 0),
     )),
     "target": ("Target model", (
         ("model", "model", None, "", 0),

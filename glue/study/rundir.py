@@ -1,8 +1,9 @@
 """The run directory: the inputs it belongs to, what has been computed in it, and from what exactly.
 
 ``manifest.json`` is the only record of which stages are complete; it is written after every stage, and
-a stage's record is taken out before its files are touched. So whatever stops a run, the files that
-the manifest vouches for are whole and belong together.
+a stage's record is replaced by "started" before its files are touched. So whatever stops a run, the files
+that the manifest vouches for are whole and belong together, and what a stopped stage left behind is known
+by the inputs that it was made from.
 """
 
 from __future__ import annotations
@@ -11,15 +12,16 @@ import fcntl
 import hashlib
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from glue.atomic import atomic_path, write_text_atomic
-from glue.errors import InputError
+from glue.errors import InputError, SolverFailed
 
 SCHEMA = 1
 STAGE_ORDER = ("dimple", "flow", "coverage", "target", "surface", "report")
+_DONE = ("complete", "in doubt")  # states of a stage whose files are whole
 MANIFEST, METRICS, SCENE, LOCK = "manifest.json", "metrics.json", "scene.toml", ".lock"
 
 
@@ -48,12 +50,14 @@ class RunDirectory:
 
     @classmethod
     def create_or_continue(
-        cls, path: Path, *, scene: bytes, preset: str | None, resolved: dict, facts: dict
+        cls, path: Path, *, scene: bytes, preset: str | None, resolved: dict, facts: dict,
+        companions: Mapping[str, bytes] | None = None,
     ) -> RunDirectory:
         """Open ``path`` for the scene, making it if need be.
 
-        ``scene`` is the scene file's content; ``resolved`` the scene in SI units with its preset expanded: a
-        directory made for another one is refused. ``facts`` (seed, choices) go into a new manifest as they are.
+        ``scene`` is the scene file's content, ``companions`` {relative name: content} of the files that it names,
+        copied with it; ``resolved`` the scene in SI units with its preset expanded: a directory made for another
+        one is refused. ``facts`` (seed, choices) go into a new manifest as they are.
         Raises InputError when the directory holds other inputs or other files, or cannot be written.
         """
         try:
@@ -66,8 +70,13 @@ class RunDirectory:
             ) from None
         try:
             if (path / MANIFEST).exists():
-                return cls._continue(path, lock, scene, resolved)
-            return cls._create(path, lock, scene, preset, resolved, facts)
+                run = cls._continue(path, lock, scene, resolved)
+            else:
+                run = cls._create(path, lock, scene, preset, resolved, facts, companions or {})
+            for name, content in (companions or {}).items():
+                if not (path / name).is_file() or (path / name).read_bytes() != content:
+                    _write_bytes(path / name, content)
+            return run
         except BaseException:
             if not was_locked_once and not (path / MANIFEST).exists():
                 (path / LOCK).unlink(missing_ok=True)  # a folder that is refused is left as it was
@@ -76,9 +85,10 @@ class RunDirectory:
 
     @classmethod
     def _create(
-        cls, path: Path, lock: int, scene: bytes, preset: str | None, resolved: dict, facts: dict
+        cls, path: Path, lock: int, scene: bytes, preset: str | None, resolved: dict, facts: dict, companions
     ) -> RunDirectory:
-        strangers = [p.name for p in path.iterdir() if p.name not in {SCENE, LOCK} and p.suffix != ".part"]
+        known = {SCENE, LOCK, *(Path(name).parts[0] for name in companions)}
+        strangers = [p.name for p in path.iterdir() if p.name not in known and p.suffix != ".part"]
         if strangers:
             raise InputError(
                 f"{path}: is not empty and no run directory (holds {', '.join(sorted(strangers)[:3])} …);"
@@ -141,7 +151,7 @@ class RunDirectory:
     def is_current(self, stage: str, input_hash: str) -> bool:
         """Was ``stage`` completed with exactly these inputs, and are its files still what it wrote?"""
         record = self.manifest["stages"].get(stage)
-        if record is None or record["state"] == "failed" or record["input_sha256"] != input_hash:
+        if record is None or record["state"] not in _DONE or record["input_sha256"] != input_hash:
             return False
         return not self.damaged(stage)
 
@@ -167,18 +177,35 @@ class RunDirectory:
         }
         return digest([record["outputs"], metrics])
 
-    def begin(self, stage: str, later: Iterable[str], owned: Iterable[str]) -> None:
-        """Forget ``stage`` and remove its files; put the stages ``later`` built on it in doubt.
+    def can_go_on(self, stage: str, input_hash: str) -> bool:
+        """Was ``stage`` stopped, by whatever means, in a first attempt with exactly these inputs?
+
+        An attempt that went on from another and failed is not gone on with: what it found may be the reason.
+        """
+        record = self.manifest["stages"].get(stage, {})
+        if record.get("input_sha256") != input_hash:
+            return False
+        killed = record["state"] == "started"
+        solver_died = record["state"] == "failed" and record.get("exit_code") == SolverFailed.exit_code
+        return killed or (solver_died and not record.get("went_on", False))
+
+    def begin(
+        self, stage: str, later: Iterable[str], owned: Iterable[str], input_hash: str, go_on: bool = False
+    ) -> None:
+        """Note ``stage`` as started and remove its files; put the stages ``later`` built on it in doubt.
 
         Of the folders among ``owned`` only what the stage's record lists and unfinished files (.part) go: the
-        user's own files in them stay. A doubted stage is out of metrics.json until its own turn, when it is
-        kept or run again.
+        user's own files in them stay. ``go_on`` leaves everything where it is. A doubted stage is out of
+        metrics.json until its own turn, when it is kept or run again.
         """
         written = self.manifest["stages"].pop(stage, {}).get("outputs", {})
+        self.manifest["stages"][stage] = {"state": "started", "input_sha256": input_hash, "went_on": go_on}
         for name in later:
             if self.manifest["stages"].get(name, {}).get("state") == "complete":
                 self.manifest["stages"][name]["state"] = "in doubt"
         self._save()
+        if go_on:
+            return
         places = [self.path / name for name in owned]
         unfinished = [part for place in places if place.is_dir() for part in place.rglob("*.part")]
         for file in (*(self.path / name for name in written), *places, *unfinished):
@@ -263,13 +290,13 @@ _KEYS = {
 
 
 def _is_record(record: Any) -> bool:
-    """Is this what ``finish`` or ``fail`` wrote?"""
+    """Is this what ``begin``, ``finish`` or ``fail`` wrote?"""
     if not isinstance(record, dict):
         return False
-    if record.get("state") == "failed":
+    if record.get("state") in ("failed", "started"):
         return True
     return (
-        record.get("state") in ("complete", "in doubt")
+        record.get("state") in _DONE
         and isinstance(record.get("input_sha256"), str)
         and all(isinstance(record.get(key), dict) for key in ("outputs", "metrics"))
         and all(isinstance(values, dict) for values in record["metrics"].values())
@@ -277,6 +304,7 @@ def _is_record(record: Any) -> bool:
 
 
 def _write_bytes(path: Path, content: bytes) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
     with atomic_path(path) as part:
         part.write_bytes(content)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from glue.study.rows import ROWS, shown
 from glue.study.rundir import METRICS, STAGE_ORDER, read_manifest
 
+
 def summary(path: Path) -> str:
     """The summary of the run directory ``path``. Raises InputError when it is none."""
     manifest = read_manifest(path)
@@ -20,11 +21,8 @@ def summary(path: Path) -> str:
                 title,
                 *(_line(metrics[section], *row) for row in rows if row[0] in metrics[section]),
             ]
-    lines += [
-        "",
-        "Models",
-        *(f"  {stage:<42}{c['model']}: {c['why']}" for stage, c in manifest["choices"].items()),
-    ]
+    chosen = choices_made(manifest, metrics)
+    lines += ["", "Models", *(f"  {stage:<42}{c['model']}: {c['why']}" for stage, c in chosen.items())]
     lines += ["", "Cost", *_costs(manifest["stages"])]
     pictures = sorted((path / "figures").glob("*.png"))
     if pictures:
@@ -32,6 +30,14 @@ def summary(path: Path) -> str:
     if (path / "report.html").exists():
         lines += ["", f"Report: {path / 'report.html'}"]
     return "\n".join(lines)
+
+
+def choices_made(manifest: dict, metrics: dict) -> dict:
+    """The manifest's choices, with the flow model that really ran and its reason once it has."""
+    flow, chosen = metrics.get("flow", {}), manifest.get("choices", {})
+    if "why" not in flow:
+        return chosen
+    return chosen | {"flow": {"model": flow["model"], "why": flow["why"]}}
 
 
 def _line(values: dict, key: str, label: str, factor: float | None, unit: str, digits: int) -> str:

@@ -157,7 +157,7 @@ def test_beginning_a_stage_removes_its_files_and_doubts_what_builds_on_it(tmp_pa
         for stage, name in (("dimple", "d"), ("flow", "f"), ("coverage", "c")):
             (run.path / name).write_text("x")
             run.finish(stage, {"input_sha256": "h", "metrics": {stage: {"value": 1}}}, [name])
-        run.begin("flow", ["coverage"], ["f", "never_written"])
+        run.begin("flow", ["coverage"], ["f", "never_written"], "h")
         names = sorted(p.name for p in run.path.iterdir())
         assert names == [".lock", "c", "d", "manifest.json", "metrics.json", "scene.toml"]
         assert json.loads((run.path / "metrics.json").read_text()) == {"schema": 1, "dimple": {"value": 1}}
@@ -174,7 +174,7 @@ def test_a_users_own_files_in_a_stages_folder_stay(tmp_path, scene_file):
         for name in ("impacts.csv", "mine.ods", "notes/impacts.csv", "half.csv.part", "notes/x.part"):
             (folder / name).write_text("x")
         run.finish("flow", {"input_sha256": "h", "metrics": {}}, ["flow/impacts.csv"])
-        run.begin("flow", [], ["flow"])
+        run.begin("flow", [], ["flow"], "h")
         left = sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*"))
         assert left == ["mine.ods", "notes", "notes/impacts.csv"]
 

@@ -155,7 +155,7 @@ def test_ten_thousand_impacts_take_seconds(dimple, make_impacts):
 
 
 def test_bad_input(dimple, make_impacts):
-    with pytest.raises(InputError, match="must move down"):
+    with pytest.raises(InputError, match="must move into the target"):
         press(make_impacts([0.0], [0.0], speed_m_s=-3.0), dimple)
     with pytest.raises(InputError, match="spacing_m"):
         press(make_impacts([0.0], [0.0]), dimple, spacing_m=0.0)

@@ -1,0 +1,102 @@
+"""The stage ``flow``: what restitution the shots get, which model runs, what is told of it."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from glue.errors import InputError
+from glue.flow.arrivals import check_stream
+from glue.flow.regime import choose_flow
+from glue.flow.restitution import LARGEST, RestitutionLaw
+from glue.flow.run import check_law, run_flow
+from glue.scene.model import Scene
+from glue.study.results import load_dimple, plain
+from glue.study.stage import Work
+from glue.study.target_surface import target_triangles
+
+# Of a rigid 1 mm steel shot on 2024 at 60 m/s: a guess of the restitution until the dimple is computed.
+RESTITUTION_GUESS = 0.34
+_METRICS = (
+    "model", "why", "collision_number", "impacts", "mean_normal_speed_m_s", "collided_fraction",
+    "mean_normal_energy_fraction", "wall_s",
+)  # fmt: skip
+
+
+def flow_stage(work: Work) -> tuple[dict, list[str]]:
+    """Every shot's way from the nozzle to the target; writes the impact log."""
+    law = restitution_law(work.scene, load_dimple(work.path))
+    flow = run_flow(
+        work.scene,
+        work.scene_file,
+        work.path / "flow",
+        law=law,
+        surface_triangles=target_triangles(work.scene, work.scene_file),
+        progress=work.progress,
+        go_on=work.go_on,
+    )
+    metrics = plain({k: flow.info[k] for k in _METRICS})
+    if flow.info["warnings"]:
+        metrics["warning"] = "; ".join(flow.info["warnings"])
+    if flow.info["physics"]:
+        metrics["physics"] = flow.info["physics"]
+    return {"flow": metrics}, ["flow/arrivals.csv", "flow/impacts.csv", "flow/flow.json"]
+
+
+def restitution_law(scene: Scene, dimple) -> RestitutionLaw:
+    """Restitution on the target: the scene's number, or the dimple's with its fall over the normal speed.
+
+    Spots that were struck before are as wide as the dimple.  Raises InputError for a dimple whose rebound is
+    none.
+    """
+    asked, hardening = scene.restitution.shot_target, scene.restitution.hardening
+    e, exponent = asked, 0.0
+    if asked == "from_dimple":
+        e, exponent = dimple.restitution, dimple.restitution_exponent
+        if not (0.0 < e < 1.0 and -0.1 < exponent < 1.0):
+            raise InputError(
+                f"restitution.shot_target = from_dimple: the dimple gives {e:.3f} falling with the speed to the power"
+                f" {exponent:.2f}; expected between 0 and 1 and 0 to 1; write a number into the scene"
+            )
+    highest = max(e, hardening.saturated if hardening else 0.0)
+    return RestitutionLaw(
+        e,
+        dimple.speed_m_s,
+        max(exponent, 0.0),  # a trace below zero is the dimple's own numerical error
+        largest=LARGEST if highest <= LARGEST else 1.0,
+        hardening=hardening,
+        spot_radius_m=dimple.radius_m,
+    )
+
+
+def restitution_estimate(scene: Scene, path: Path | None = None) -> tuple[float, str]:
+    """(restitution, where it is from) before the flow runs: the scene's, the dimple's in ``path``, or a guess."""
+    asked = scene.restitution.shot_target
+    if asked != "from_dimple":
+        return asked, "the scene"
+    if path is not None:
+        try:
+            e = load_dimple(path).restitution
+            if 0.0 < e <= 1.0 and math.isfinite(e):
+                return e, "the dimple"
+        except InputError:
+            pass
+    return RESTITUTION_GUESS, "guess until the dimple is computed"
+
+
+def flow_solvers(scene: Scene, path: Path) -> tuple[str, ...]:
+    """YADE, but only where the flow model is that of contacts."""
+    e, _ = restitution_estimate(scene, path)
+    return ("yade",) if choose_flow(scene, e).model == "dem" else ()
+
+
+def refuse_flow(scene: Scene, scene_file: Path) -> None:
+    """Raise InputError for what the flow would refuse, hours of a dimple later: stream, surface, restitution."""
+    check_stream(scene)
+    target_triangles(scene, scene_file)
+    asked = scene.restitution.shot_target
+    if asked != "from_dimple":
+        hardening = scene.restitution.hardening
+        highest = max(asked, hardening.saturated if hardening else 0.0)
+        law = RestitutionLaw(asked, largest=max(LARGEST, highest))
+        check_law(law, choose_flow(scene, asked).model)

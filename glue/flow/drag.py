@@ -27,6 +27,7 @@ from typing import NamedTuple
 from glue.scene.sizes import smallest_m
 
 KICK_LOSS = 1e-3  # change of velocity between two kicks over the nozzle's speed
+KICK_BEND = 1e-3  # distance from the bent path to its straight stretches, over the smallest diameter
 _POWER = 0.687
 _FACTOR = 0.15
 _TURBULENT_RE = 1000.0
@@ -129,9 +130,12 @@ def slowed(vx, vy, vz, tau_s, diameter_m, density_kg_m3, around):
     return gas_x + ux + half * gx, gas_y + uy + half * gy, gas_z + uz + half * gz
 
 
-def kick_interval_s(scene, loss: float = KICK_LOSS) -> float:
-    """Time [s] between kicks: no shot of the scene changes its velocity by more than ``loss`` x the slowest
-    nozzle's speed in it; inf without drag and gravity."""
+def kick_interval_s(scene, loss: float = KICK_LOSS, bend: float = KICK_BEND) -> float:
+    """Time [s] between kicks; inf without drag and gravity.
+
+    In it no shot of the scene changes its velocity by more than ``loss`` times the slowest nozzle's speed, nor
+    leaves its straight stretch by more than ``bend`` smallest diameters (a stretch of T under a is off by a T^2/8).
+    """
     around = surroundings(scene)
     strongest = math.hypot(around.gravity_x_m_s2, around.gravity_y_m_s2, around.gravity_z_m_s2)
     if around.gas_density_kg_m3 > 0.0:
@@ -142,7 +146,8 @@ def kick_interval_s(scene, loss: float = KICK_LOSS) -> float:
         )
     if strongest == 0.0:
         return math.inf
-    return loss * min(nozzle.speed_m_s for nozzle in scene.nozzles) / strongest
+    by_speed = loss * min(nozzle.speed_m_s for nozzle in scene.nozzles) / strongest
+    return min(by_speed, math.sqrt(8.0 * bend * scene.smallest_diameter_m / strongest))
 
 
 def speed_after_flight(

@@ -4,14 +4,16 @@
     e_n  = saturated - (saturated - e(v)) exp(-n / hits)   n earlier impacts within the spot
 
 The power law is that of elastoplastic impact (Johnson, *Contact Mechanics*, 1985, ch. 11.5: exponent 1/4);
-its numbers come from the dimple stage or are a constant (exponent 0).  Standard library only: YADE's
-interpreter imports this too.
+its numbers come from the dimple stage or are a constant (exponent 0).  Standard library and numpy only:
+YADE's interpreter imports this too.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, fields
+
+import numpy as np
 
 from glue.errors import InputError
 from glue.scene.model import SpotHardening
@@ -45,6 +47,12 @@ class RestitutionLaw:
     def at(self, normal_speed_m_s: float) -> float:
         """Restitution at this normal speed [m/s] on a surface not struck before."""
         return restitution_at(normal_speed_m_s, self.e, self.speed_m_s, self.exponent, self.largest)
+
+    def at_speeds(self, normal_speeds_m_s: np.ndarray) -> np.ndarray:
+        """``at`` of every element; speeds above 0, shape (n,)."""
+        if self.exponent == 0.0:
+            return np.full(np.shape(normal_speeds_m_s), min(self.largest, self.e))
+        return np.minimum(self.largest, self.e * (normal_speeds_m_s / self.speed_m_s) ** -self.exponent)
 
     def at_spot(self, e: float, earlier: int) -> float:
         """``e`` after ``earlier`` impacts within the spot; unchanged without hardening."""

@@ -54,26 +54,32 @@ def impulse_across(gn_m_s, gt_m_s, e, mu):
     return min(sliding, ((1.0 - u) * low + u * high) * gt_m_s)
 
 
-def rebound_target(vx, vy, vz, wx, wy, wz, nx, ny, nz, radius_m, e, mu, impulse):
-    """Velocity [m/s] and spin [rad/s] (vx, vy, vz, wx, wy, wz) of a sphere that struck the resting target.
+def slip_on_target(vx, vy, vz, wx, wy, wz, nx, ny, nz, radius_m):
+    """(g_n, slip x, y, z, its size g_t) [m/s] of a sphere that touches the resting target; n outward unit normal.
 
-    n is the outward unit normal, ``impulse`` the function ``impulse_across`` (under numba, its compiled twin).
+    v velocity [m/s], w spin [rad/s]; the touching point is at -radius n from the centre.
     """
-    # slip of the touching point, at -radius n from the centre
     sx = vx - radius_m * (wy * nz - wz * ny)
     sy = vy - radius_m * (wz * nx - wx * nz)
     sz = vz - radius_m * (wx * ny - wy * nx)
     gn = -(sx * nx + sy * ny + sz * nz)
     tx, ty, tz = sx + gn * nx, sy + gn * ny, sz + gn * nz
-    gt = math.sqrt(tx * tx + ty * ty + tz * tz)
+    return gn, tx, ty, tz, math.sqrt(tx * tx + ty * ty + tz * tz)
+
+
+def change_on_target(gn, tx, ty, tz, gt, nx, ny, nz, radius_m, e, across):
+    """Change of velocity [m/s] and spin [rad/s] (3 + 3) of a sphere that strikes the resting target.
+
+    The first five as ``slip_on_target`` gives them, ``across`` [m/s] as ``impulse_across`` does.
+    """
     up = (1.0 + e) * gn
-    back = impulse(gn, gt, e, mu) / gt if gt > 0.0 else 0.0
-    k = 2.5 / radius_m * back  # moment of inertia 2/5 m r^2; the torque is -radius n x J
+    back = across / gt if gt > 0.0 else 0.0
+    k = 2.5 / radius_m * back  # moment of inertia 2/5 m r^2; torque -radius n x impulse
     return (
-        vx + up * nx - back * tx,
-        vy + up * ny - back * ty,
-        vz + up * nz - back * tz,
-        wx + k * (ny * tz - nz * ty),
-        wy + k * (nz * tx - nx * tz),
-        wz + k * (nx * ty - ny * tx),
+        up * nx - back * tx,
+        up * ny - back * ty,
+        up * nz - back * tz,
+        k * (ny * tz - nz * ty),
+        k * (nz * tx - nx * tz),
+        k * (nx * ty - ny * tx),
     )

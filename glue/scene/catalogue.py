@@ -24,8 +24,14 @@ DERIVED_LAW = "derived from the monotonic curve by the rule of glue/theory/harde
 
 
 def closest(word: str, known: Iterable[str]) -> str | None:
-    """The known word that ``word`` most resembles, upper and lower case alike, or None when none does."""
+    """The known word that ``word`` most resembles, upper and lower case alike, or None when none does.
+
+    A key without its unit (``speed`` for ``speed_m_s``) resembles it most.
+    """
     by_lower = {k.lower(): k for k in known}
+    for lower, name in by_lower.items():
+        if word and lower.startswith(f"{word.lower()}_"):
+            return name
     found = difflib.get_close_matches(word.lower(), by_lower, n=1, cutoff=0.6)
     return by_lower[found[0]] if found else None
 

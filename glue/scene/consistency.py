@@ -186,17 +186,17 @@ def contact_problems(
     name, nozzle = max(named(nozzles), key=lambda pair: pair[1].fastest_m_s)
     fastest = nozzle.fastest_m_s
     said = f"{show(fastest)} m/s" + (" (the fastest by speed_cv)" if nozzle.speed_cv else "")
-    for overlap, how in (
+    overlap, how = max(
         (elastic_overlap(media, nozzles, material), "a shot {} of its radius into an elastic target"),
         (shot_overlap(media, nozzles, _largest_rebound(restitution)), "two shots {} of a radius into each other"),
-    ):
-        if overlap >= MAX_OVERLAP:
-            most = nozzle.speed_m_s * (MAX_OVERLAP / overlap) ** 1.25  # depth ~ speed^(4/5)
-            yield (
-                f"{name}.speed_m_s",
-                f"{said} presses {how.format(show(overlap))}, too deep for the flow's contact law; allowed below "
-                f"{show(most)} m/s with these materials",
-            )
+    )
+    if overlap >= MAX_OVERLAP:
+        most = nozzle.speed_m_s * (MAX_OVERLAP / overlap) ** 1.25  # depth ~ speed^(4/5)
+        yield (
+            f"{name}.speed_m_s",
+            f"{said} presses {how.format(show(overlap))}, too deep for the flow's contact law; allowed below "
+            f"{show(most)} m/s with these materials",
+        )
     steps = steps_per_contact(media, nozzles, material, accuracy.flow_dt_over_P)
     if steps < MIN_STEPS_PER_CONTACT:
         most = nozzle.speed_m_s * (steps / MIN_STEPS_PER_CONTACT) ** 5  # contact time ~ speed^(-1/5)

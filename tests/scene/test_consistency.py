@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import pytest
@@ -10,7 +11,8 @@ from glue.scene.catalogue import material, shot
 from glue.scene.consistency import (
     elastic_overlap,
     estimated_dimple_radius_m,
-    largest_diameter_m,
+    mixture_volume_fraction,
+    shot_overlap,
     steps_per_contact,
     volume_fraction,
 )
@@ -37,11 +39,6 @@ def test_volume_fraction_by_hand():
     assert volume_fraction(shot("S390"), Nozzle(60.0, 0.01667, 0.02, 0.1, 90.0)) == pytest.approx(
         1.1338e-4, rel=1e-4
     )
-
-
-def test_largest_shot_of_a_spread():
-    assert largest_diameter_m(shot("S390")) == 1e-3
-    assert largest_diameter_m(shot("S390", "distribution")) == pytest.approx(1.1e-3 * 1.27)
 
 
 def test_corners_of_the_window_against_the_jet(write_scene, problems_of):
@@ -71,19 +68,28 @@ def test_a_jet_too_narrow_for_any_window(problems_of):
 
 
 def test_nozzle_exit_above_the_target(write_scene, problems_of):
-    """45 degrees, jet 20 mm, shot 1 mm: H sin a > 10 cos a + .5 mm, H > 10.7071 mm."""
+    """45 degrees, jet 20 mm, shot 1 mm: H sin a > 10 cos a + 1 mm, H > 11.4142 mm."""
     leaning = {"nozzle.impact_angle_deg": "45"}
-    read_scene(write_scene(leaning | {"nozzle.stand_off_m": "0.010708"}))
-    assert problems_of(leaning | {"nozzle.stand_off_m": "0.010706"}) == [
-        "nozzle.stand_off_m: 0.010706 m puts the edge of the nozzle's exit into the target at this angle; "
-        "allowed above 0.0107071 m"
+    read_scene(write_scene(leaning | {"nozzle.stand_off_m": "0.011415"}))
+    assert problems_of(leaning | {"nozzle.stand_off_m": "0.011414"}) == [
+        "nozzle.stand_off_m: 0.011414 m leaves the lower edge of the nozzle's exit less than one shot (0.001 m) above "
+        "the target at this angle, so that shots overlap there; allowed above 0.0114142 m"
     ]
     # Straight down only the shot itself needs room.
-    read_scene(write_scene({"nozzle.stand_off_m": "0.001"}))
+    read_scene(write_scene({"nozzle.stand_off_m": "0.0010001"}))
+    assert problems_of({"nozzle.stand_off_m": "0.001"})
+    # At the flattest angle: (10 cos 10 + 1) / sin 10 = 62.472 mm.
+    flat = {"nozzle.impact_angle_deg": "10"}
+    (problem,) = problems_of(flat | {"nozzle.stand_off_m": "0.06247"})
+    assert problem.endswith("allowed above 0.0624716 m")
+    read_scene(write_scene(flat | {"nozzle.stand_off_m": "0.06248"}))
+    # The largest shot counts: S390 spreads to 1.1 x 1.225 = 1.3475 mm.
+    (problem,) = problems_of({"nozzle.stand_off_m": "0.00134", "shots.size": '"distribution"'})
+    assert problem.endswith("allowed above 0.0013475 m")
 
 
 def test_a_jet_narrower_than_its_shot(problems_of):
-    (problem, _) = problems_of({"nozzle.jet_diameter_m": "0.0009"})
+    (problem,) = problems_of({"nozzle.jet_diameter_m": "0.0009"})
     assert problem == "nozzle.jet_diameter_m: 0.0009 m is narrower than one shot; allowed from 0.001 m up"
 
 
@@ -108,15 +114,72 @@ def test_contacts_are_those_of_hertz(speed_m_s):
     on_shot = hertz.impact(0.25e-3, 4.0 * shots.density_kg_m3, 2.0 * speed_m_s, steel)
     step = 0.3 * 0.5e-3 * math.sqrt(shots.density_kg_m3 / shots.E_Pa)
     shortest = min(on_target.contact_time_s, on_shot.contact_time_s)
-    assert steps_per_contact(shots, nozzle, target, 0.3) == pytest.approx(shortest / step, rel=1e-12)
-    assert elastic_overlap(shots, nozzle, target) == pytest.approx(on_target.depth_m / 0.5e-3, rel=1e-12)
+    assert steps_per_contact((shots,), (nozzle,), target, 0.3) == pytest.approx(shortest / step, rel=1e-12)
+    assert elastic_overlap((shots,), (nozzle,), target) == pytest.approx(on_target.depth_m / 0.5e-3, rel=1e-12)
 
 
 def test_the_smallest_shot_sets_the_step_and_meets_in_it_too():
     nozzle, target = Nozzle(60.0, 0.01667, 0.02, 0.1, 90.0), material("al2024-t351")
     # both times scale with the diameter, so that a spread of sizes leaves the number of steps as it is
-    spread, mono = (steps_per_contact(shot("S390", size), nozzle, target, 1.0) for size in ("distribution", "mono"))
+    spread, sieved, mono = (
+        steps_per_contact((shot("S390", size),), (nozzle,), target, 1.0)
+        for size in ("distribution", "sieve", "mono")
+    )
     assert spread == pytest.approx(mono, rel=1e-12)
+    assert sieved == pytest.approx(mono, rel=1e-12)
+
+
+def meeting(a, a_m, b, b_m, speed_m_s):
+    """Two spheres as one on a plane: the reduced radius, and the density that makes it the reduced mass."""
+    radius = 0.5 * a_m * b_m / (a_m + b_m)
+    masses = [shots.density_kg_m3 * math.pi / 6.0 * size**3 for shots, size in ((a, a_m), (b, b_m))]
+    density = masses[0] * masses[1] / sum(masses) / (4.0 / 3.0 * math.pi * radius**3)
+    modulus = hertz.effective_modulus_Pa(a.E_Pa, a.nu, b.E_Pa, b.nu)
+    return hertz.impact(radius, density, speed_m_s, modulus)
+
+
+def test_two_media_can_meet_in_the_shortest_contact():
+    """Glass of .1 mm turns faster on stiff, heavy steel than on its like: 12.11 against 12.22 steps."""
+    target, nozzle = material("al2024-t351"), (Nozzle(60.0, 0.01667, 0.02, 0.1, 90.0),)
+    steel, glass = shot("S390"), shot("GLASS100")
+    step = 0.05e-3 * math.sqrt(glass.density_kg_m3 / glass.E_Pa)  # the glass's is the shorter
+    alike = meeting(glass, 1e-4, glass, 1e-4, 120.0).contact_time_s
+    unlike = meeting(glass, 1e-4, steel, 1e-3, 120.0).contact_time_s
+    assert unlike < 0.995 * alike
+    assert steps_per_contact((glass,), nozzle, target, 1.0) == pytest.approx(alike / step, rel=1e-12)
+    for media in ((glass, steel), (steel, glass)):
+        assert steps_per_contact(media, nozzle, target, 1.0) == pytest.approx(unlike / step, rel=1e-12)
+
+
+def test_a_small_shot_is_pressed_deepest_into_a_big_one():
+    """As a share of the smaller radius, at the speed of one coming against one thrown back with e = .5."""
+    nozzle, small = (Nozzle(60.0, 0.01667, 0.02, 0.1, 90.0),), shot("S70")
+    big = shot("S930")
+    alike = meeting(small, 0.18e-3, small, 0.18e-3, 90.0).depth_m / 0.09e-3
+    unlike = meeting(small, 0.18e-3, big, 2.36e-3, 90.0).depth_m / 0.09e-3
+    assert shot_overlap((small,), nozzle, 0.5) == pytest.approx(alike, rel=1e-9)
+    assert shot_overlap((small, big), nozzle, 0.5) == pytest.approx(unlike, rel=1e-9)
+    assert unlike > 1.1 * alike
+
+
+def test_shots_of_two_nozzles_meet_head_on_however_little_they_rebound():
+    """At 30 degrees from both sides shots meet at 2 x 60 cos 30 = 104 m/s, more than the (1 + e) 60 of one jet."""
+    steel = (shot("S390"),)
+    a = Nozzle(60.0, 0.01667, 0.02, 0.1, 30.0)
+    b = dataclasses.replace(a, azimuth_deg=180.0)
+    modulus = hertz.effective_modulus_Pa(210e9, 0.3, 210e9, 0.3)
+    # coming against going: flat 104 m/s, upright (1 + .1) 30 m/s
+    fastest = math.hypot(120.0 * math.cos(math.radians(30.0)), 33.0)
+    depth = hertz.impact(0.25e-3, 4.0 * 7800.0, fastest, modulus).depth_m
+    assert shot_overlap(steel, (a, b), 0.1) == pytest.approx(depth / 0.5e-3, rel=1e-9)
+    assert shot_overlap(steel, (a,), 0.1) < 0.5 * shot_overlap(steel, (a, b), 0.1)
+
+
+def test_the_fastest_shot_of_a_spread_of_speeds_counts():
+    target, even = material("al2024-t351"), Nozzle(60.0, 0.01667, 0.02, 0.1, 90.0)
+    spread, fast = dataclasses.replace(even, speed_cv=0.1), dataclasses.replace(even, speed_m_s=75.0)
+    for check in (lambda n: steps_per_contact((shot("S390"),), (n,), target, 1.0), lambda n: elastic_overlap((shot("S390"),), (n,), target)):
+        assert check(spread) == pytest.approx(check(fast), rel=1e-12) != check(even)
 
 
 @pytest.mark.parametrize("preset", ["fast", "balanced"])

@@ -32,13 +32,24 @@ def test_the_shortest_scene_and_its_printed_defaults(write_scene):
     assert (scene.friction.shot_target, scene.friction.shot_shot) == (0.2, 0.2)
     assert scene.accuracy == PRESETS["balanced"]
     assert scene.defaults_used == (
+        'arrivals = "poisson" (shots leave independently of each other; choice of this project)',
         'shots.size = "mono" (every shot of the same size; choice of this project)',
+        "nozzle.azimuth_deg = 0 (shots fly towards +x; choice of this project)",
+        "nozzle.aim_m = [0, 0] (the middle of the window; choice of this project)",
+        'nozzle.profile = "uniform" (evenly over the exit; choice of this project)',
+        "nozzle.divergence_half_angle_deg = 0 (a parallel jet; choice of this project)",
+        "nozzle.speed_cv = 0 (every shot at the same speed; choice of this project)",
+        "nozzle.feed_speed_m_s = 0 (a nozzle at rest; choice of this project)",
+        'nozzle.mass_flow_pattern = "steady" (an even flow; choice of this project)',
         'target.thickness_m = "none" (a part too thick to stretch or bend; choice of this project)',
+        'target.surface = "plane" (a flat target; choice of this project)',
         'restitution.shot_target = "from_dimple" (computed by the single impact of this scene; grade D)',
         "restitution.shot_shot = 0.8 (steel on steel, .6-.9; grade C)",
         "friction.shot_target = 0.2 (used in an open peening chain; grade A)",
         "friction.shot_shot = 0.2 (steel on steel, .1-.3; grade C)",
-        'models.flow = "auto" (the models that this version has)',
+        'gravity = "none" (straight flights: an absent block is not modelled)',
+        'air_drag = "none" (flights in vacuum: an absent block is not modelled)',
+        'models.flow = "auto" (the cheapest that is accurate enough)',
         'models.dimple = "auto" (the models that this version has)',
         'models.target = "auto" (the models that this version has)',
         'accuracy.preset = "balanced" (choice of this project)',
@@ -47,8 +58,10 @@ def test_the_shortest_scene_and_its_printed_defaults(write_scene):
 
 def test_auto_takes_the_models_that_exist_and_says_so(write_scene):
     models = read_scene(write_scene()).models
-    assert (models.flow.model, models.dimple.model, models.target.model) == ("dem", "axisymmetric", "cell")
-    for stage, word in (("flow", "dem"), ("dimple", "axisymmetric"), ("target", "cell")):
+    # which flow model is cheap and accurate enough only the flow's own numbers tell
+    assert (models.flow.model, models.dimple.model, models.target.model) == ("auto", "axisymmetric", "cell")
+    asked_for = [("flow", word) for word in ("ballistic", "event", "dem")]
+    for stage, word in (*asked_for, ("dimple", "axisymmetric"), ("target", "cell")):
         assert getattr(models, stage).why.startswith("auto: ")
         asked = read_scene(write_scene({f"models.{stage}": f'"{word}"'})).models
         assert getattr(asked, stage) == Choice(word, "asked for in the scene")
@@ -150,21 +163,22 @@ def test_all_problems_at_once(problems_of):
             "schema": "3",
             "seed": None,
             "exposure_time_s": "nan",
-            "gravity": '"auto"',
+            "strain_rate": '"auto"',
             "nozle": "1",
+            "gravity": '"on"',
             "shots.grade": '"S391"',
             "nozzle.speed_m_s": "6000.0",
             "nozzle.stand_off_m": "0.001",
             "target.material": '"al2025"',
             "target.window_m": "[0.004, nan]",
             "restitution.shot_shot": "0.99",
-            "models.flow": '"event"',
+            "models.flow": '"events"',
             "accuracy.preset": '"best"',
         },
         preset="worst",
     )
     assert [problem.split(":")[0] for problem in problems] == [
-        "gravity",
+        "strain_rate",
         "nozle",
         "schema",
         "seed",
@@ -174,6 +188,7 @@ def test_all_problems_at_once(problems_of):
         "target.material",
         "target.window_m",
         "restitution.shot_shot",
+        "gravity",
         "models.flow",
         "accuracy.preset",
         "accuracy preset given for this run",

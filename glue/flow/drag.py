@@ -163,17 +163,21 @@ def speed_after_flight(
     def later(v, tau):
         return slowed(v, 0.0, 0.0, tau, diameter_m, density_kg_m3, line)[0]
 
+    def way(v, tau):
+        return tau * (v + 4.0 * later(v, 0.5 * tau) + later(v, tau)) / 6.0  # Simpson
+
     v, left = speed_m_s, distance_m
-    while True:
-        rate = drag_rate_1_s(abs(v - gas), diameter_m, density_kg_m3, *around[:2])
-        step = min(left / v, 0.02 / rate if rate > 0.0 else math.inf)
-        way = step * (v + 4.0 * later(v, 0.5 * step) + later(v, step)) / 6.0  # Simpson
-        if way >= left * (1.0 - 1e-12):
-            step *= left / way
-            return later(v, step)
-        v, left = later(v, step), left - way
-        if v < 1e-6 * speed_m_s:
-            return 0.0
+    while v > 1e-6 * speed_m_s:
+        pull = abs(v - gas) * drag_rate_1_s(abs(v - gas), diameter_m, density_kg_m3, *around[:2])
+        step = 0.02 * v / pull if pull > 0.0 else math.inf
+        if step * v > 0.9 * left:  # the last one: as long as it takes
+            last = left / v
+            for _ in range(10):
+                last *= left / way(v, last)
+            if last <= step:
+                return later(v, last)
+        v, left = later(v, step), left - way(v, step)
+    return 0.0
 
 
 def drag_number(scene) -> float:

@@ -21,10 +21,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from glue.flow.tangential import impulse_across
 from glue.scene import sizes
 from glue.scene.model import Nozzle, Pulse, Scene
 
-ROLLING = 5.0 / 7.0  # share of the tangential speed that a solid sphere keeps when it leaves rolling
+NEARLY_NORMAL_DEG = 89.9
 _HEIGHTS = 64  # midpoints over the heights at which two clouds overlap
 _SUNFLOWER = 256  # points of equal share of the unit disc
 _GAUSSIAN_RATE = 2.0  # profile exp(-2 u^2): standard deviation a quarter of the width, cut at the edge
@@ -89,14 +90,18 @@ def outgoing(nozzle: Nozzle, rate_1_s: float, restitution: float, kept: float) -
 
 
 def kept_tangential_speed(nozzle: Nozzle, restitution: float, friction: float) -> float:
-    """Share of the tangential speed that a shot without spin keeps: sliding, 1 - mu (1+e) tan a, or rolling, 5/7."""
-    if nozzle.impact_angle_deg == 90.0:
-        return ROLLING
-    sliding = 1.0 - friction * (1.0 + restitution) * math.tan(math.radians(nozzle.impact_angle_deg))
-    return max(ROLLING, sliding)
+    """Share of the tangential speed that a shot without spin keeps on the target (``tangential.py``).
+
+    At normal incidence that of a shot just off it: what a diverging jet's rebounds have.
+    """
+    a = math.radians(min(nozzle.impact_angle_deg, NEARLY_NORMAL_DEG))
+    normal, tangential = math.sin(a), math.cos(a)
+    return 1.0 - impulse_across(normal, tangential, restitution, friction) / tangential
 
 
-def meetings_1_s(a: Cloud, b: Cloud, cross_section_m2: float, relative_speed_m_s: float | None = None) -> float:
+def meetings_1_s(
+    a: Cloud, b: Cloud, cross_section_m2: float, relative_speed_m_s: float | None = None
+) -> float:
     """Expected collisions per second between the shots of two clouds; their own velocities unless told otherwise."""
     if relative_speed_m_s is None:
         relative_speed_m_s = float(np.linalg.norm(a.velocity_m_s - b.velocity_m_s))
@@ -159,7 +164,9 @@ def _inside(cloud: Cloud, z: np.ndarray, u: np.ndarray) -> np.ndarray:
     A point of the exit disc lies p R cos a above its centre; an incoming shot keeps its p.
     """
     n = cloud.nozzle
-    if cloud.velocity_m_s[2] > 0.0:  # a rebound: dropped when it passes the exit plane, high above where it meets
+    if (
+        cloud.velocity_m_s[2] > 0.0
+    ):  # a rebound: dropped when it passes the exit plane, high above where it meets
         return np.ones(1)
     a = math.radians(n.impact_angle_deg)
     exit_m = n.stand_off_m * math.sin(a) + 0.5 * n.jet_diameter_m * math.cos(a) * u[..., 0]

@@ -135,7 +135,7 @@ def _compiled(model: str):
         from glue.flow.ballistic import run_ballistic
 
         return lambda scene, arrivals, law, shape, checkpoint, progress: run_ballistic(
-            scene, arrivals, law, shape, progress=progress
+            scene, arrivals, law, shape
         )
     from glue.flow.event_driven import run_event  # here: loads numba
 

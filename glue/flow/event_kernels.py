@@ -1,13 +1,9 @@
 """Flight and contact of hard spheres: the closed forms of the event-driven flow, for numba.
 
 Free flight is straight, or bent by a gravity that all shots share, so that one flies straight as seen from
-another.  A contact is an instant: the impulse along the normal reverses the approach by the restitution,
-the impulse across it opposes the slip at the touch,
-
-    J_n = (1 + e) m |g_n|,   J_t = min(mu J_n, 2/7 (1 + beta) m |g_t|),   m = m_i m_j / (m_i + m_j)
-
-which is Coulomb's friction limited by what turns the slip g_t into -beta g_t (solid spheres: an impulse
-across changes the slip by 7/2 of its share of m; Walton and Braun 1986, Foerster et al. 1994).
+another.  A contact is an instant: the impulse along the normal is J_n = (1 + e) m |g_n|, m the effective mass
+m_i m_j / (m_i + m_j), and the impulse across it, against the slip of the touching points, is that of
+``tangential.impulse_across``.
 """
 
 from __future__ import annotations
@@ -17,11 +13,12 @@ from typing import NamedTuple
 
 from numba import njit
 
-from glue.flow import drag, restitution
+from glue.flow import drag, restitution, tangential
 from glue.flow.event_state import SPOT_BUCKETS
 
 restitution_at = njit(cache=True)(restitution.restitution_at)
 hardened = njit(cache=True)(restitution.hardened)
+impulse_across = njit(cache=True)(tangential.impulse_across)
 slowed = njit(cache=True)(drag.slowed)
 
 # A shot that gravity lets rise by less than this share of its radius after an impact has come to rest.
@@ -33,13 +30,11 @@ class Physics(NamedTuple):
 
     e_shots: float
     mu_shots: float
-    beta_shots: float
     e_target: float
     e_speed_m_s: float
     e_exponent: float
     e_largest: float
     mu_target: float
-    beta_target: float
     saturated: float
     hits: float
     spot_radius_m: float  # 0: no hardening
@@ -104,23 +99,21 @@ def energy(shot):
 
 
 @njit(cache=True)
-def _impulse(slip, n, m, e, mu, beta):
-    """Impulse (x, y, z) [N s] of a contact and the approach speed along the unit normal ``n``.
+def _impulse(slip, n, m, e, mu):
+    """Impulse (x, y, z) [N s] on the body that the unit normal ``n`` points at.
 
-    ``slip`` is the velocity [m/s] of the touching points relative to one another; no impulse unless they
-    approach.
+    ``slip`` is its touching point's velocity [m/s] relative to the other's, ``m`` the effective mass; no impulse
+    unless they approach.
     """
     nx, ny, nz = n
     gn = slip[0] * nx + slip[1] * ny + slip[2] * nz
     if gn >= 0.0:
         return 0.0, 0.0, 0.0
-    normal = -(1.0 + e) * m * gn
     tx, ty, tz = slip[0] - gn * nx, slip[1] - gn * ny, slip[2] - gn * nz
     gt = math.sqrt(tx * tx + ty * ty + tz * tz)
-    across = 0.0
-    if gt > 0.0:
-        across = min(mu * normal, 2.0 / 7.0 * (1.0 + beta) * m * gt) / gt
-    return normal * nx - across * tx, normal * ny - across * ty, normal * nz - across * tz
+    along = -(1.0 + e) * m * gn
+    across = m * impulse_across(-gn, gt, e, mu) / gt if gt > 0.0 else 0.0
+    return along * nx - across * tx, along * ny - across * ty, along * nz - across * tz
 
 
 @njit(cache=True)
@@ -137,7 +130,7 @@ def _push(shot, px, py, pz, arm, n):
 
 
 @njit(cache=True)
-def collide(a, b, e, mu, beta):
+def collide(a, b, e, mu):
     """Let touching shots collide; (relative gain of energy, relative change of momentum) should be <= 0, 0."""
     x, y, z = a.x - b.x, a.y - b.y, a.z - b.z
     distance = math.sqrt(x * x + y * y + z * z)
@@ -152,7 +145,7 @@ def collide(a, b, e, mu, beta):
     )
     before = energy(a) + energy(b)
     qx, qy, qz = _momentum(a, b)
-    px, py, pz = _impulse(slip, n, a.mass * b.mass / (a.mass + b.mass), e, mu, beta)
+    px, py, pz = _impulse(slip, n, a.mass * b.mass / (a.mass + b.mass), e, mu)
     _push(a, px, py, pz, -1.0, n)
     _push(b, -px, -py, -pz, 1.0, n)
     rx, ry, rz = _momentum(a, b)
@@ -171,7 +164,7 @@ def _momentum(a, b):
 
 
 @njit(cache=True)
-def strike(shot, n, e, mu, beta):
+def strike(shot, n, e, mu):
     """Let a shot that touches the resting target bounce off its outward normal ``n``; relative gain of energy."""
     r = shot.radius
     slip = (
@@ -180,7 +173,7 @@ def strike(shot, n, e, mu, beta):
         shot.vz - r * (shot.wx * n[1] - shot.wy * n[0]),
     )
     before = energy(shot)
-    px, py, pz = _impulse(slip, n, shot.mass, e, mu, beta)
+    px, py, pz = _impulse(slip, n, shot.mass, e, mu)
     _push(shot, px, py, pz, -1.0, n)
     return (energy(shot) - before) / before
 

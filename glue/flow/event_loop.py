@@ -202,7 +202,7 @@ def meet(world, grid, physics, surface, i, j, t):
     if t - max(a.touched, b.touched) < physics.elastic_within_s:
         e = 1.0
         clock.guard_hits += 1
-    gain, push = collide(a, b, e, physics.mu_shots, physics.beta_shots)
+    gain, push = collide(a, b, e, physics.mu_shots)
     clock.collisions += 1
     clock.worst_gain = max(clock.worst_gain, gain)
     clock.worst_momentum = max(clock.worst_momentum, push)
@@ -246,11 +246,12 @@ def impact(world, grid, physics, surface, arrivals, rows, i, t):
         if t - shot.touched < physics.elastic_within_s:
             e = 1.0
             clock.guard_hits += 1
-        gain = strike(shot, (nx, ny, nz), e, physics.mu_target, physics.beta_target)
+        gain = strike(shot, (nx, ny, nz), e, physics.mu_target)
         clock.worst_gain = max(clock.worst_gain, gain)
         row.vx_out_m_s, row.vy_out_m_s, row.vz_out_m_s = shot.vx, shot.vy, shot.vz
         row.wx_out_rad_s, row.wy_out_rad_s, row.wz_out_rad_s = shot.wx, shot.wy, shot.wz
         clock.rows += 1
+        clock.struck += 1
         shot.touched = t
         shot.impacts += 1
         pull = -(physics.pull[0] * nx + physics.pull[1] * ny + physics.pull[2] * nz)
@@ -279,6 +280,7 @@ def admit(world, grid, physics, surface, arrival, t):
     shot.touched, shot.t_kick = -math.inf, math.inf
     shot.arrival, shot.collisions, shot.impacts = clock.fed, 0, 0
     clock.energy_in += energy(shot)
+    clock.mass_fed += shot.mass
     launch(shot, physics)
     advance_shot(shot, physics.gravity, t)
     clock.fed += 1
@@ -293,7 +295,7 @@ def admit(world, grid, physics, surface, arrival, t):
 @njit(cache=True)
 def _clear_inlet(world, grid, physics, i, t):
     """Drop what blocks the place of the entering shot ``i``: shots thrown back that have not left yet."""
-    shot = world.shots[i]
+    shot, clock = world.shots[i], world.clock[0]
     for iz in range(max(shot.cz - 1, 0), min(shot.cz + 2, grid.nz)):
         for iy in range(max(shot.cy - 1, 0), min(shot.cy + 2, grid.ny)):
             for ix in range(max(shot.cx - 1, 0), min(shot.cx + 2, grid.nx)):
@@ -306,14 +308,15 @@ def _clear_inlet(world, grid, physics, i, t):
                     dx = other.x + (other.vx + 0.5 * gx * s) * s - shot.x
                     dy = other.y + (other.vy + 0.5 * gy * s) * s - shot.y
                     dz = other.z + (other.vz + 0.5 * gz * s) * s - shot.z
-                    thrown_back = other.vx * shot.vx + other.vy * shot.vy + other.vz * shot.vz < 0.0
                     if (
-                        j != i
-                        and thrown_back
+                        other.collisions + other.impacts > 0
                         and dx * dx + dy * dy + dz * dz < (shot.radius + other.radius) ** 2
                     ):
+                        if other.vx * shot.vx + other.vy * shot.vy + other.vz * shot.vz < 0.0:
+                            clock.exit += 1
+                        else:
+                            clock.inlet += 1
                         discard(world, grid, j)
-                        world.clock[0].exit += 1
                     j = after
 
 

@@ -37,13 +37,13 @@ SHOT = np.dtype(
 )
 CLOCK = np.dtype(
     [(name, REAL) for name in ("now", "next_sweep", "worst_gain", "worst_momentum", "worst_overlap", "top_speed")]
-    + [(name, REAL) for name in ("lowest", "energy_in", "energy_out")]
+    + [(name, REAL) for name in ("lowest", "energy_in", "energy_out", "mass_fed")]
     + [
         (name, INTEGER)
         for name in (
-            *("fed", "live", "peak", "free", "falling", "rows", "spots"),
-            *("events", "collisions", "guard_hits", "crossings", "kicks", "void"),
-            *("exit", "beside", "far", "past", "settled", "never_struck"),
+            *("piece", "fed", "live", "peak", "free", "falling", "rows", "spots"),
+            *("events", "collisions", "struck", "guard_hits", "crossings", "kicks", "void"),
+            *("exit", "beside", "far", "past", "inlet", "settled", "never_struck"),
         )
     ]
 )

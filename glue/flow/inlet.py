@@ -56,7 +56,7 @@ def place(draws: list[Draw], seed: int) -> list[Leaving]:
         late = [[np.empty(0, np.int64)] for _ in draws]
         for (a, b), wait in waits.items():
             late[b].append(overlapping(leaving[a], leaving[b], wait, later_ids=moved[b]))
-            if len(moved[a]) < len(draws[a].time_s):  # else all pairs have been seen
+            if len(moved[b]) < len(draws[b].time_s):  # else all pairs have been seen
                 late[b].append(overlapping(leaving[a], leaving[b], wait, earlier_ids=moved[a]))
         moved = [np.unique(np.concatenate(found)) for found in late]
         if not any(len(ids) for ids in moved):

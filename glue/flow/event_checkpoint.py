@@ -26,7 +26,9 @@ def key_of(*parts) -> str:
     for part in parts:
         for piece in part if isinstance(part, tuple) else (part,):
             digest.update(
-                np.ascontiguousarray(piece).tobytes() if isinstance(piece, np.ndarray) else repr(piece).encode()
+                np.ascontiguousarray(piece).tobytes()
+                if isinstance(piece, np.ndarray)
+                else repr(piece).encode()
             )
     return digest.hexdigest()
 
@@ -58,7 +60,9 @@ class Checkpoint:
         except (OSError, ValueError, KeyError, EOFError) as e:
             raise InputError(f"{self.path}: damaged checkpoint ({e}); remove it to start anew") from None
         if len(impacts) != rows:
-            raise InputError(f"{self.rows_path}: {len(impacts)} of {rows} impacts; remove {self.path} to start anew")
+            raise InputError(
+                f"{self.rows_path}: {len(impacts)} of {rows} impacts; remove {self.path} to start anew"
+            )
         self.rows = rows
         return world, impacts
 

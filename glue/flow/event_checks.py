@@ -59,7 +59,9 @@ def check_run(world: World, arrivals: int, *, conserves: bool) -> None:
         ("lowest shot over the target, of its radius", clock["lowest"], 1.0 - ROUNDING, clock["lowest"] >= 1.0 - ROUNDING),
         ("energy left over fed", left, 1.0 + ROUNDING, left <= 1.0 + ROUNDING or not conserves),
     ]  # fmt: skip
-    failed = [f"{name}: {float(value):.6g}, limit {limit:.6g}" for name, value, limit, passed in rows if not passed]
+    failed = [
+        f"{name}: {float(value):.6g}, limit {limit:.6g}" for name, value, limit, passed in rows if not passed
+    ]
     if failed:
         raise NotConverged(
             "the event-driven flow's own checks failed",

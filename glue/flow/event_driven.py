@@ -20,7 +20,7 @@ from glue.flow.event_checkpoint import Checkpoint, key_of
 from glue.flow.event_checks import check_run, run_numbers
 from glue.flow.event_loop import DONE, LOST, SLOTS_FULL, UNTIL, run_until
 from glue.flow.event_setup import choose_grid, entries, physics_of
-from glue.flow.event_state import Grid, World, empty_world, with_slots, with_spots
+from glue.flow.event_state import Grid, empty_world, with_slots, with_spots
 from glue.flow.event_surface import shape_of
 from glue.flow.impacts import COLUMNS, stream_numbers
 from glue.flow.jets import JET_MARGIN, jet_rows
@@ -81,7 +81,8 @@ def run_event(
     saved, world, done = None, None, []
     if checkpoint is not None:
         saved = Checkpoint(
-            checkpoint, key_of(scene_hash(scene), arrivals, law.as_dict(), tuple(grid), tuple(shape), jet_margin)
+            checkpoint,
+            key_of(scene_hash(scene), arrivals, law.as_dict(), tuple(grid), tuple(shape), jet_margin),
         )
         if resume and (found := saved.restore()):
             world, earlier = found
@@ -101,7 +102,11 @@ def run_event(
         if physics.spot_radius_m > 0.0:
             world = with_spots(world, int(clock["spots"]) + ROWS)
         code = run_until(
-            *(world, grid, physics, shape, jets_of(piece), arrivals, enter_s, rows), stop_s, end_s, sweep_s, EVENTS
+            *(world, grid, physics, shape, jets_of(piece), arrivals, enter_s, rows),
+            stop_s,
+            end_s,
+            sweep_s,
+            EVENTS,
         )
         new = rows[: int(clock["rows"])].copy()
         clock["rows"] = 0

@@ -10,7 +10,7 @@ import math
 from numba import njit
 
 
-@njit(cache=True)
+@njit
 def insert(world, i, t):
     """Queue the shot in slot ``i`` under time ``t``."""
     n = world.clock[0].live
@@ -20,7 +20,7 @@ def insert(world, i, t):
     _rise(world, n)
 
 
-@njit(cache=True)
+@njit
 def move(world, i, t):
     """Give the queued shot ``i`` another time."""
     at = world.shots[i].place
@@ -32,7 +32,7 @@ def move(world, i, t):
         _sink(world, at)
 
 
-@njit(cache=True)
+@njit
 def remove(world, i):
     """Take shot ``i`` out of the queue."""
     at = world.shots[i].place
@@ -50,7 +50,7 @@ def remove(world, i):
         _sink(world, at)
 
 
-@njit(cache=True)
+@njit
 def _rise(world, at):
     queue, times, shots = world.queue, world.queue_s, world.shots
     i, t = queue[at], times[at]
@@ -65,7 +65,7 @@ def _rise(world, at):
     shots[i].place = at
 
 
-@njit(cache=True)
+@njit
 def _sink(world, at):
     queue, times, shots, n = world.queue, world.queue_s, world.shots, world.clock[0].live
     i, t = queue[at], times[at]
@@ -84,13 +84,13 @@ def _sink(world, at):
     shots[i].place = at
 
 
-@njit(cache=True)
+@njit
 def _index(x, x0, dx, n):
     at = (x - x0) / dx
     return 0 if at < 1.0 else n - 1 if at >= n - 1.0 else int(at)
 
 
-@njit(cache=True)
+@njit
 def enter_cell(world, grid, i):
     """Put shot ``i`` into the list of the cell where it is."""
     shot = world.shots[i]
@@ -100,7 +100,7 @@ def enter_cell(world, grid, i):
     link(world, grid, i)
 
 
-@njit(cache=True)
+@njit
 def link(world, grid, i):
     """Put shot ``i`` first into the list of the cell that it names."""
     shot = world.shots[i]
@@ -112,7 +112,7 @@ def link(world, grid, i):
     world.cells[cell] = i
 
 
-@njit(cache=True)
+@njit
 def unlink(world, grid, i):
     """Take shot ``i`` out of its cell's list."""
     shot = world.shots[i]
@@ -124,7 +124,7 @@ def unlink(world, grid, i):
         world.cells[(shot.cz * grid.ny + shot.cy) * grid.nx + shot.cx] = shot.following
 
 
-@njit(cache=True)
+@njit
 def cell_exit(world, grid, gravity, i, now):
     """(time, axis, step) at which shot ``i`` leaves its cell after ``now``; time inf if it never does.
 
@@ -149,7 +149,7 @@ def cell_exit(world, grid, gravity, i, now):
     return now + t, axis, step
 
 
-@njit(cache=True)
+@njit
 def _sooner(best, best_axis, best_step, axis, x, v, g, s, x0, dx, cell, n):
     """The sooner of ``best`` and leaving cell ``cell`` along one axis, with (axis, step); durations from now."""
     x, v = x + (v + 0.5 * g * s) * s, v + g * s
@@ -164,7 +164,7 @@ def _sooner(best, best_axis, best_step, axis, x, v, g, s, x0, dx, cell, n):
     return best, best_axis, best_step
 
 
-@njit(cache=True)
+@njit
 def _reach(gap, v, g):
     """Time until ``gap`` >= 0 is flown outwards at v + g t; starting on the edge counts only when v > 0."""
     if gap == math.inf:

@@ -36,7 +36,10 @@ SHOT = np.dtype(
     ]
 )
 CLOCK = np.dtype(
-    [(name, REAL) for name in ("now", "next_sweep", "worst_gain", "worst_momentum", "worst_overlap", "top_speed")]
+    [
+        (name, REAL)
+        for name in ("now", "next_sweep", "worst_gain", "worst_momentum", "worst_overlap", "top_speed")
+    ]
     + [(name, REAL) for name in ("lowest", "energy_in", "energy_out", "mass_fed")]
     + [
         (name, INTEGER)

@@ -15,10 +15,10 @@ from numba import njit
 from glue.flow import touch
 from glue.flow.surface import CYLINDER, PLANE, TargetSurface
 
-touch_cylinder = njit(cache=True)(touch.touch_cylinder)
-touch_face = njit(cache=True)(touch.touch_face)
-touch_edge = njit(cache=True)(touch.touch_edge)
-touch_corner = njit(cache=True)(touch.touch_corner)
+touch_cylinder = njit(touch.touch_cylinder)
+touch_face = njit(touch.touch_face)
+touch_edge = njit(touch.touch_edge)
+touch_corner = njit(touch.touch_corner)
 
 
 class Shape(NamedTuple):
@@ -41,7 +41,15 @@ def shape_of(surface: TargetSurface) -> Shape:
         no_rows, no_index = np.zeros((0, 1)), np.zeros((0, 3), np.int64)
         kind = 0 if surface.kind == PLANE else 1
         return Shape(
-            kind, surface.radius_m, surface.axis_number, no_rows, no_rows, no_rows, no_rows, no_index, no_index
+            kind,
+            surface.radius_m,
+            surface.axis_number,
+            no_rows,
+            no_rows,
+            no_rows,
+            no_rows,
+            no_index,
+            no_index,
         )
     f = surface.features
     low, high = surface.triangles.min(axis=1), surface.triangles.max(axis=1)
@@ -67,7 +75,7 @@ def _padded(lists) -> np.ndarray:
     return out
 
 
-@njit(cache=True)
+@njit
 def foresee_touch(shape, shot, gravity):
     """Set the time at which ``shot`` touches the target next (inf: never) and the outward normal there."""
     if shape.kind == 0:
@@ -84,7 +92,7 @@ def foresee_touch(shape, shot, gravity):
     shot.nx, shot.ny, shot.nz = hit[4], hit[5], hit[6]
 
 
-@njit(cache=True)
+@njit
 def plane_time(shot, gravity):
     """Time at which the shot touches the plane z = 0 from above, inf if it never does."""
     gap, v, g = max(shot.z - shot.radius, 0.0), shot.vz, gravity[2]
@@ -96,7 +104,7 @@ def plane_time(shot, gravity):
     return shot.since + (v + math.sqrt(root2)) / -g if g < 0.0 else math.inf
 
 
-@njit(cache=True)
+@njit
 def _touch_triangles(shape, shot):
     px, py, pz, vx, vy, vz, r = shot.x, shot.y, shot.z, shot.vx, shot.vy, shot.vz, shot.radius
     best = (math.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

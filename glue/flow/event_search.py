@@ -1,0 +1,112 @@
+"""What waits for a shot: its flight between touches, and the search for whom it will meet, for numba.
+
+A meeting holds only while neither of the two has been touched by anything else: each touch raises a shot's
+``stamp``.  A shot whose partner's stamp has moved on looks again when its turn comes, which is not after any
+meeting it may have missed: whoever changes its flight looks at all shots near it, so of two shots that will
+meet at least one knows of it, or has something to do before.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from glue.flow.event_kernels import advance_shot, meeting, slowed
+from glue.flow.event_queue import cell_exit, link, unlink
+from glue.flow.event_surface import foresee_touch
+
+
+@njit
+def halt(shot, physics, t):
+    """Bring the record to time ``t``, with the true velocity."""
+    advance_shot(shot, physics.gravity, t)
+    if physics.kick_s < math.inf:
+        drag_over(shot, physics, t - shot.exact_at)
+        shot.exact_at = t
+
+
+@njit
+def launch(shot, physics):
+    """Begin a free flight: with kicks, at the velocity that it will have half an interval on."""
+    if physics.kick_s < math.inf:
+        drag_over(shot, physics, shot.since + 0.5 * physics.kick_s - shot.exact_at)
+        shot.exact_at = shot.since + 0.5 * physics.kick_s
+        shot.t_kick = shot.since + physics.kick_s
+
+
+@njit
+def drag_over(shot, physics, tau):
+    shot.vx, shot.vy, shot.vz = slowed(
+        shot.vx,
+        shot.vy,
+        shot.vz,
+        tau,
+        2.0 * shot.radius,
+        shot.mass / (4.0 / 3.0 * math.pi * shot.radius**3),
+        physics.around,
+    )
+
+
+@njit
+def earliest(shot):
+    return min(min(shot.t_surface, shot.t_pair), min(shot.t_cell, shot.t_kick))
+
+
+@njit
+def foresee(world, grid, physics, surface, i, t):
+    """All that waits for shot ``i``, whose flight changed just now."""
+    shot = world.shots[i]
+    shot.stamp += 1
+    foresee_touch(surface, shot, physics.gravity)
+    shot.t_pair = math.inf
+    shot.t_cell = cell_exit(world, grid, physics.gravity, i, t)[0]
+    look_around(world, grid, physics, i, t, 1, 1, 1, 0, 0, 0)
+
+
+@njit
+def look_around(world, grid, physics, i, t, wide_x, wide_y, wide_z, ahead_x, ahead_y, ahead_z):
+    """Keep the soonest meeting of shot ``i`` with those in the cells within wide of the one ahead of its own."""
+    shots, cells, gravity = world.shots, world.cells, physics.gravity  # taken out once: it costs in the loop
+    shot, clock = shots[i], world.clock[0]
+    x, y, z = shot.cx + ahead_x, shot.cy + ahead_y, shot.cz + ahead_z
+    for iz in range(max(z - wide_z, 0), min(z + wide_z + 1, grid.nz)):
+        for iy in range(max(y - wide_y, 0), min(y + wide_y + 1, grid.ny)):
+            for ix in range(max(x - wide_x, 0), min(x + wide_x + 1, grid.nx)):
+                j = cells[(iz * grid.ny + iy) * grid.nx + ix]
+                while j >= 0:
+                    other = shots[j]
+                    if j != i:
+                        when, overlap = meeting(shot, other, gravity)
+                        if overlap > 0.0:
+                            clock.worst_overlap = max(clock.worst_overlap, overlap)
+                        if when < shot.t_pair:
+                            shot.t_pair = max(when, t)
+                            shot.partner, shot.partner_stamp = j, other.stamp
+                    j = other.following
+
+
+@njit
+def cross(world, grid, physics, i, t):
+    """Shot ``i`` goes over into the next cell and looks at those that come within reach."""
+    shot = world.shots[i]
+    _, axis, step = cell_exit(world, grid, physics.gravity, i, t)
+    unlink(world, grid, i)
+    if axis == 0:
+        shot.cx += step
+    elif axis == 1:
+        shot.cy += step
+    else:
+        shot.cz += step
+    link(world, grid, i)
+    shot.t_cell = cell_exit(world, grid, physics.gravity, i, t)[0]
+    if shot.t_pair < math.inf and world.shots[shot.partner].stamp != shot.partner_stamp:
+        world.clock[0].void += 1
+        shot.t_pair = math.inf
+        look_around(world, grid, physics, i, t, 1, 1, 1, 0, 0, 0)
+    elif axis == 0:
+        look_around(world, grid, physics, i, t, 0, 1, 1, step, 0, 0)
+    elif axis == 1:
+        look_around(world, grid, physics, i, t, 1, 0, 1, 0, step, 0)
+    else:
+        look_around(world, grid, physics, i, t, 1, 1, 0, 0, 0, step)

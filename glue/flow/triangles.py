@@ -37,13 +37,13 @@ def normals(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def welded(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(points (n, 3), triangles as indices (m, 3)): corners within ``WELD`` of the part's size made one."""
     corners = triangles.reshape(-1, 3)
-    size = max(float(np.ptp(corners, axis=0).max()), 1e-300)
-    _, first, index = np.unique(
-        np.round((corners - corners.min(axis=0)) / (WELD * size)),
-        axis=0,
-        return_index=True,
-        return_inverse=True,
-    )
+    gap = WELD * float(np.ptp(corners, axis=0).max())
+    # per coordinate, values are one where no gap parts them (rounding would part neighbours at its limits)
+    group = np.empty(corners.shape, np.int64)
+    for axis in range(3):
+        order = np.argsort(corners[:, axis])
+        group[order, axis] = np.concatenate([[0], np.cumsum(np.diff(corners[order, axis]) > gap)])
+    _, first, index = np.unique(group, axis=0, return_index=True, return_inverse=True)
     return corners[first], index.reshape(-1, 3)
 
 

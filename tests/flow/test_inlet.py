@@ -62,9 +62,8 @@ def nozzles(scene, *changes):
         {},  # both leave through one exit
         {"aim_m": (0.012, 0.0)},  # exits overlap in part
         {"stand_off_m": 0.06, "speed_m_s": 40.0},  # the second sits 40 mm down the first's jet
-        dict(
-            impact_angle_deg=60.0, stand_off_m=0.05, azimuth_deg=90.0
-        ),  # its exit reaches into the first's jet
+        # its exit reaches into the first's jet
+        {"impact_angle_deg": 60.0, "stand_off_m": 0.05, "azimuth_deg": 90.0},
     ],
 )
 def test_nor_between_nozzles(make_scene, second):

@@ -19,9 +19,10 @@ from glue.errors import InputError, NotConverged
 from glue.flow import regime, surface
 from glue.flow.arrivals import draw_arrivals, read_arrivals, scene_hash, write_arrivals
 from glue.flow.dem import run_dem
-from glue.flow.impacts import stream_numbers, write_impacts
+from glue.flow.impacts import impact_writer, stream_numbers
 from glue.flow.log_checks import log_problems
 from glue.flow.restitution import LARGEST, RestitutionLaw
+from glue.flow.table import TableWriter
 from glue.scene.model import Scene
 
 CHECKPOINT = "flow.checkpoint.npz"  # of an event-driven run, gone when it has ended
@@ -68,8 +69,6 @@ def run_flow(
     shape = surface.from_scene(scene, surface_triangles)
     numbers = regime.collision_number(scene, law.e)
     arrivals = _arrivals(scene, arrivals_path, digest, go_on)
-    if not go_on:
-        (out / CHECKPOINT).unlink(missing_ok=True)
 
     report_path.unlink(missing_ok=True)  # a stopped run must not be explained by an older one's report
     if choice.model == "dem":
@@ -82,14 +81,21 @@ def run_flow(
             progress=progress, go_on=go_on,
         )  # fmt: skip
     else:
-        impacts, own = _compiled(choice.model)(physics.scene, arrivals, law, shape, out / CHECKPOINT, progress)
-        problems = log_problems(physics.scene, arrivals, impacts, shape)
-        if problems:
-            raise NotConverged(f"the {choice.model} flow's own checks failed", cause="; ".join(problems), log=impacts_path)
-        write_impacts(
-            impacts_path, impacts, {"scene_hash": digest, "model": choice.model, "restitution": law.as_dict()}
-        )
-        (out / CHECKPOINT).unlink(missing_ok=True)
+        header = {"scene_hash": digest, "model": choice.model, "restitution": law.as_dict()}
+        writer = impact_writer(impacts_path, header)
+        try:
+            impacts, own = _compiled(choice.model, out / CHECKPOINT, progress, go_on)(
+                physics.scene, arrivals, law, shape, lambda rows: _append(writer, rows)
+            )
+            problems = log_problems(physics.scene, arrivals, impacts, shape)
+            if problems:
+                raise NotConverged(
+                    f"the {choice.model} flow's own checks failed", cause="; ".join(problems), log=writer.part
+                )
+        except BaseException:  # Ctrl-C too: what was found so far stays, as impacts.csv.part
+            writer.abandon()
+            raise
+        writer.finish()
     info = {
         **own,
         **stream_numbers(impacts, [nozzle.speed_m_s for nozzle in scene.nozzles]),
@@ -129,19 +135,28 @@ def _arrivals(scene: Scene, path: Path, digest: str, go_on: bool) -> np.ndarray:
     return arrivals
 
 
-def _compiled(model: str):
-    """The model as a function (scene, arrivals, law, surface, checkpoint file, progress) -> (impacts, info)."""
+def _compiled(model: str, checkpoint: Path, progress, go_on: bool):
+    """The model as a function (scene, arrivals, law, surface, takes impacts as they come) -> (impacts, info)."""
     if model == "ballistic":
-        from glue.flow.ballistic import run_ballistic
+        from glue.flow.ballistic import run_ballistic  # here: loads numba
 
-        return lambda scene, arrivals, law, shape, checkpoint, progress: run_ballistic(
-            scene, arrivals, law, shape
-        )
-    from glue.flow.event_driven import run_event  # here: loads numba
+        def whole(scene, arrivals, law, shape, on_impacts):
+            impacts, info = run_ballistic(scene, arrivals, law, shape)
+            on_impacts(impacts)
+            return impacts, info
 
-    return lambda scene, arrivals, law, shape, checkpoint, progress: run_event(
-        scene, arrivals, law, shape, progress=progress, checkpoint=checkpoint
+        return whole
+    from glue.flow.event_driven import run_event
+
+    return lambda scene, arrivals, law, shape, on_impacts: run_event(
+        scene, arrivals, law, shape, progress=progress, on_impacts=on_impacts, checkpoint=checkpoint, resume=go_on
     )
+
+
+def _append(writer: TableWriter, impacts: np.ndarray) -> None:
+    """Write rows and hand them to the operating system: they outlive this process."""
+    writer.write(impacts.tolist())
+    writer.flush()
 
 
 def _plain(value):

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from glue.flow.impacts import read_impacts
-from glue.report import figures, section
+from glue.report import figures, jets, section
 from glue.scene.model import Scene
+from glue.study.results import load_impacts
 from glue.surface.coverage import dimple_semi_axes
 from glue.target.dimple import Dimple
 from glue.theory import avrami
@@ -44,14 +44,17 @@ def draw_figures(run: Path, scene: Scene, complete: frozenset[str], metrics: dic
 
 
 def _impacts(path, run, scene, dimple) -> Figure:
-    impacts = read_impacts(run / "flow" / "impacts.csv")[0]
+    impacts = load_impacts(run, scene)
     figures.impact_map(
         path, impacts["x_m"], impacts["y_m"], *dimple_semi_axes(dimple, impacts), impacts["time_s"],
-        scene.target.window_m, scene.nozzle.footprint_semi_axes_m,
+        scene.target.window_m, *jets.outlines(scene),
     )  # fmt: skip
-    return Figure(
-        path, "Impacts", "Every logged impact with its dimple to scale: the jet's footprint and the window."
-    )
+    text = "Every logged impact with its dimple to scale, and the window."
+    if any(nozzle.feed for nozzle in scene.nozzles):
+        text += " Thin line: the way of the jet's axis over the target, from the dot to the arrow."
+    if scene.target.surface.kind == "cylinder":
+        text += " The cylinder is rolled out; dashed is the jet as it would strike a plane."
+    return Figure(path, "Impacts", text)
 
 
 def _coverage(path, run, scene, dimple, metrics) -> Figure:

@@ -33,30 +33,41 @@ STYLE = {
 
 
 def impact_map(
-    path: Path, x_m, y_m, semi_major_m, semi_minor_m, azimuth_rad, time_s, window_m, footprint_semi_axes_m
+    path: Path, x_m, y_m, semi_major_m, semi_minor_m, azimuth_rad, time_s, window_m, footprints_m, paths_m=()
 ) -> Path:
-    """Dimples to scale in the jet's footprint and in the window, coloured by the time of impact.
+    """Dimples to scale where the jets strike and in the window, coloured by the time of impact.
 
-    All columns (n,); window_m: (width, height); footprint_semi_axes_m: (x, y) of the jet's ellipse.
+    All columns (n,); window_m: (width, height); footprints_m: closed outlines of the jets' footprints, each
+    (k, 2), a travelling jet's where it starts; paths_m: the ways of travelling jets' aim points, each (k, 2).
     """
-    from matplotlib.patches import Ellipse, Rectangle
+    from matplotlib.patches import Rectangle
     from matplotlib.ticker import MaxNLocator
 
     columns = (x_m, y_m, semi_major_m, semi_minor_m, azimuth_rad, time_s)
     x, y, major, minor, azimuth, time = (np.asarray(c, dtype=float) for c in columns)
     width, height = (1e3 * side for side in window_m)
-    foot_x, foot_y = (1e3 * axis for axis in footprint_semi_axes_m)
+    outlines = [1e3 * np.asarray(outline, dtype=float) for outline in footprints_m]
+    ways = [1e3 * np.asarray(way, dtype=float) for way in paths_m]
     with styled_figure(path, (11.5, 5.6)) as figure:
         whole, zoom = figure.subplots(1, 2)
         for axes in (whole, zoom):
             dimples = _ellipses(axes, 1e3 * x, 1e3 * y, 1e3 * major, 1e3 * minor, azimuth, time)
             axes.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]")
             axes.grid(False)
-        whole.add_patch(Ellipse((0, 0), 2 * foot_x, 2 * foot_y, fill=False, ec=GREY, ls=(0, (5, 3)), lw=1.5))
+        for outline in outlines:
+            whole.plot(*outline.T, color=GREY, ls=(0, (5, 3)), lw=1.5)
+        for way in ways:
+            whole.plot(*way.T, color="#202020", lw=1.2)
+            whole.plot(*way[0], "o", color="#202020", ms=5)
+            whole.annotate("", way[-1], way[-2], arrowprops={"arrowstyle": "-|>", "color": "#202020", "lw": 1.2})
         whole.add_patch(Rectangle((-width / 2, -height / 2), width, height, fill=False, ec=RED, lw=2.0))
-        reach = 1.06 * max(foot_x, foot_y, 0.5 * width, 0.5 * height)
+        corner = np.array([[width, height]]) / 2
+        middle, reach = _square(np.concatenate([corner, -corner, *outlines, *ways]))
+        jets = f"jet{'s' if len(outlines) > 1 else ''} (dashed{', from its start' if ways else ''})"
         whole.set(
-            xlim=(-reach, reach), ylim=(-reach, reach), title=f"{x.size} impacts; jet (dashed), window (red)"
+            xlim=(middle[0] - reach, middle[0] + reach),
+            ylim=(middle[1] - reach, middle[1] + reach),
+            title=f"{x.size} impacts; {jets}, window (red)",
         )
         for axis in (whole.xaxis, whole.yaxis):
             axis.set_major_locator(MaxNLocator(6, integer=True))
@@ -231,6 +242,12 @@ class styled_figure:
                     self.figure.savefig(part, dpi=DPI, format="png")
         finally:
             self.style.__exit__(None, None, None)
+
+
+def _square(points) -> tuple[np.ndarray, float]:
+    """Middle (2,) and half side of the square, with a rim, that holds ``points`` (n, 2)."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    return 0.5 * (low + high), 1.06 * 0.5 * float((high - low).max())
 
 
 def _ellipses(axes, x, y, major, minor, azimuth, colour):

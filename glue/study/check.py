@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from glue.flow.arrivals import check_stream
-from glue.flow.drag import drag_number
+from glue.flow.drag import drag_number, speed_after_flight, surroundings
 from glue.flow.footprint import expected_impacts
 from glue.flow.regime import (
     choose_flow,
@@ -18,7 +18,7 @@ from glue.flow.regime import (
     overlap_number,
     resolve_physics,
 )
-from glue.scene.consistency import estimated_dimple_radius_m, volume_fraction
+from glue.scene.consistency import estimated_dimple_radius_m, mixture_volume_fraction
 from glue.scene.model import Accuracy, Scene
 from glue.study.coverage_stage import refuse_window
 from glue.study.exposure import expected_hits, mean_square_diameter_m2
@@ -69,7 +69,7 @@ def check(scene: Scene, scene_file: Path | None = None) -> dict:
         "shot_energy_J": 0.5 * shots.mean_mass_kg * nozzle.speed_m_s**2,
         "nozzles": [_nozzle(scene, n) for n in scene.nozzles],
         "media": [_medium(scene, s) for s in scene.media],
-        "solids_fraction_of_jet": max(volume_fraction(shots, n) for n in scene.nozzles),
+        "solids_fraction_of_jet": max(mixture_volume_fraction(scene.media, n) for n in scene.nozzles),
         "restitution_for_estimates": e,
         "restitution_source": source,
         "collision_number": collision_number(scene, e),
@@ -95,9 +95,19 @@ def _dimple_areas_m2(scene: Scene) -> np.ndarray:
     found = np.empty((len(scene.nozzles), len(scene.media)))
     for i, nozzle in enumerate(scene.nozzles):
         for k, shots in enumerate(scene.media):
-            radius = estimated_dimple_radius_m(shots, nozzle.normal_speed_m_s, scene.target.material)
+            speed = nozzle.normal_speed_m_s * _speed_kept(scene, nozzle, shots)
+            radius = estimated_dimple_radius_m(shots, speed, scene.target.material)
             found[i, k] = math.pi * (radius / shots.diameter_m) ** 2 * mean_square_diameter_m2(shots)
     return found
+
+
+def _speed_kept(scene: Scene, nozzle, shots) -> float:
+    """Share of its speed that a mean shot still has where it strikes: drag along the axis."""
+    if scene.air_drag is None:
+        return 1.0
+    around = surroundings(scene)
+    after = speed_after_flight(nozzle.speed_m_s, nozzle.stand_off_m, shots.diameter_m, shots.density_kg_m3, around)
+    return after / nozzle.speed_m_s
 
 
 def _per_pass(scene: Scene, half: list[float]) -> list[float]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -122,6 +123,36 @@ def test_arrivals_of_a_stopped_run_are_used_again(tmp_path):
     assert first.arrivals_path.read_text() == text
 
 
+def test_a_stopped_event_run_goes_on_to_the_same_log(tmp_path, monkeypatch):
+    """Stopped at a third: the log so far stays; gone on with, it ends as if it had never been stopped, bit for bit."""
+    scene = scene_of("event", exposure_time_s=0.3)
+    whole = go(scene, tmp_path / "whole")
+
+    import glue.flow.event_driven as event
+
+    calls, clock = [], SimpleNamespace(monotonic=lambda: 2.0 * len(calls))  # so that it tells its progress each time
+
+    def check():
+        calls.append(1)
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(event, "stopping", SimpleNamespace(check=check))
+    monkeypatch.setattr(event, "time", clock)
+    with pytest.raises(KeyboardInterrupt):
+        go(scene, tmp_path / "stopped")
+    part, _ = read_impacts(tmp_path / "stopped" / "impacts.csv.part", allow_truncated=True)
+    assert 0 < len(part) < len(whole.impacts) and part.tobytes() == whole.impacts[: len(part)].tobytes()
+    told = []
+    again = go(scene, tmp_path / "stopped", go_on=True, progress=lambda share, text: told.append(share))
+    assert again.impacts.tobytes() == whole.impacts.tobytes()
+    assert (tmp_path / "stopped" / "impacts.csv").read_bytes() == (tmp_path / "whole" / "impacts.csv").read_bytes()
+    first = json.loads((tmp_path / "whole" / "flow.json").read_text())
+    assert again.info["shot_shot_collisions"] == first["shot_shot_collisions"]
+    assert told[0] > len(part) / len(whole.impacts) * 0.9  # not from the beginning
+    assert sorted(p.name for p in (tmp_path / "stopped").iterdir()) == ["arrivals.csv", "flow.json", "impacts.csv"]
+
+
 @pytest.mark.parametrize("law", [RestitutionLaw(0.97, largest=1.0),
                                  RestitutionLaw(0.6, largest=1.0, hardening=SpotHardening(0.97, 3.0), spot_radius_m=1e-4)])  # fmt: skip
 def test_only_contacts_have_a_highest_restitution(law):
@@ -138,12 +169,13 @@ def test_bad_input_needs_no_solver(tmp_path, stub):
 
 
 def test_a_log_that_cannot_be_is_not_written(tmp_path, monkeypatch):
-    def broken(model):
-        def run(scene, arrivals, law, shape, checkpoint, progress):
+    def broken(model, checkpoint, progress, go_on):
+        def run(scene, arrivals, law, shape, on_impacts):
             from glue.flow.ballistic import run_ballistic
 
             impacts, info = run_ballistic(scene, arrivals, law, shape)
             impacts["vz_out_m_s"] *= 2.0
+            on_impacts(impacts)
             return impacts, info
 
         return run
@@ -152,6 +184,7 @@ def test_a_log_that_cannot_be_is_not_written(tmp_path, monkeypatch):
     with pytest.raises(NotConverged, match="with more energy after than before"):
         go(scene_of("ballistic", exposure_time_s=0.005), tmp_path)
     assert not (tmp_path / "impacts.csv").exists() and not (tmp_path / "flow.json").exists()
+    assert len(read_impacts(tmp_path / "impacts.csv.part", allow_truncated=True)[0]) > 50  # kept, to look into
 
 
 @pytest.mark.parametrize(

@@ -34,6 +34,7 @@ def test_every_plain_figure_is_written_whole(tmp_path):
     n = 30
     x, y, t = rng.uniform(-5e-3, 5e-3, n), rng.uniform(-5e-3, 5e-3, n), np.sort(rng.uniform(0, 3, n))
     axes = np.full(n, 0.2e-3)
+    ring = 5e-3 * np.column_stack([np.cos(np.linspace(0, 7, 30)), np.sin(np.linspace(0, 7, 30))])
     depth, time = np.linspace(0.0, 0.8e-3, 12), np.linspace(0.0, 3.0, 20)
     sigma = -300e6 * np.cos(depth / 0.3e-3)
     z = 1e-5 * rng.normal(size=(20, 30))
@@ -43,7 +44,7 @@ def test_every_plain_figure_is_written_whole(tmp_path):
     roughness = {"Sa_m": 1e-5, "Sz_m": 1e-4, "Ssk": None}
     spread = {"sigma_xx_std_Pa": np.abs(sigma) / 9, "peeq": depth}
     drawn = [
-        figures.impact_map(tmp_path / "a.png", x, y, 2 * axes, axes, t, t, (4e-3, 3e-3), (5e-3, 5e-3)),
+        figures.impact_map(tmp_path / "a.png", x, y, 2 * axes, axes, t, t, (4e-3, 3e-3), [ring], [ring[:9]]),
         figures.coverage_plot(
             tmp_path / "b.png", time, expected, expected, avrami_sd=0.1 * time, time_98_s=2.5
         ),
@@ -57,7 +58,7 @@ def test_every_plain_figure_is_written_whole(tmp_path):
 
 def test_no_impacts_still_draws(tmp_path):
     none = np.zeros(0)
-    path = figures.impact_map(tmp_path / "none.png", *[none] * 6, (4e-3, 4e-3), (5e-3, 5e-3))
+    path = figures.impact_map(tmp_path / "none.png", *[none] * 6, (4e-3, 4e-3), [])
     assert min(png_size(path)) > 500
 
 

@@ -50,3 +50,21 @@ def read_triangles(path: Path) -> tuple[np.ndarray, np.ndarray, dict[str, np.nda
         mesh.get_cells_type("triangle"),
         {name: mesh.get_cell_data(name, "triangle") for name in mesh.cell_data},
     )
+
+
+def read_surface(path: Path) -> np.ndarray:
+    """Triangles (m, 3, 3) [m] of an STL file (text or binary), corners as its author ordered them.
+
+    Raises InputError for a missing or damaged file, or one without triangles; whether they make a closed surface
+    is for ``glue.flow.triangles`` to say.
+    """
+    try:
+        with np.errstate(over="ignore"):  # meshio takes four letters of a text file for a number of triangles
+            mesh = meshio.read(path, file_format="stl")
+        triangles = np.asarray(mesh.points, dtype=float)[mesh.get_cells_type("triangle")]
+    # meshio tells a damaged file by whatever its parser meets, or by leaving the interpreter.
+    except (Exception, SystemExit) as problem:
+        raise InputError(f"{path}: cannot be read as an STL file ({problem})") from None
+    if not len(triangles):
+        raise InputError(f"{path}: holds no triangles: it is empty, cut short, or no STL file")
+    return triangles

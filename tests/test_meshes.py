@@ -1,10 +1,12 @@
 from __future__ import annotations
 
+import struct
+
 import numpy as np
 import pytest
 
 from glue.errors import InputError
-from glue.meshes import read_triangles, write_triangles
+from glue.meshes import read_surface, read_triangles, write_triangles
 
 POINTS = np.array([[0.0, 0.0], [1e-3 / 3, 0.0], [0.0, -2e-300], [1.0, np.pi]])
 TRIANGLES = np.array([[0, 1, 2], [1, 3, 2]])
@@ -46,3 +48,53 @@ def test_a_damaged_file_is_refused(tmp_path, content):
     (tmp_path / "a.vtu").write_text(content)
     with pytest.raises(InputError, match="cannot be read as a .vtu mesh"):
         read_triangles(tmp_path / "a.vtu")
+
+
+# Two triangles of a bracket, millimetres of it: (m, corner, coordinate) in m.
+SHEET = np.array(
+    [
+        [[0.0, 0.0, 0.0], [1e-3, 0.0, 0.0], [0.0, 2e-3, 0.0]],
+        [[1e-3, 0.0, 0.0], [1e-3, 2e-3, 0.5e-3], [0.0, 2e-3, 0.0]],
+    ]
+)
+
+
+def stl_text(triangles) -> bytes:
+    lines = ["solid a part"]
+    for corners in triangles:
+        lines += ["facet normal 0 0 1", "outer loop"]
+        lines += ["vertex " + " ".join(f"{c:.9g}" for c in corner) for corner in corners]
+        lines += ["endloop", "endfacet"]
+    return "\n".join([*lines, "endsolid a part", ""]).encode()
+
+
+def stl_binary(triangles) -> bytes:
+    """80 bytes of anything, the count, then normal, three corners (32-bit) and two bytes for each triangle."""
+    rows = b"".join(struct.pack("<12fH", 0.0, 0.0, 1.0, *corners.ravel(), 0) for corners in triangles)
+    return b" " * 80 + struct.pack("<I", len(triangles)) + rows
+
+
+@pytest.mark.parametrize("write", [stl_text, stl_binary])
+def test_stl_gives_the_corners_in_their_order(tmp_path, write):
+    (tmp_path / "a part.stl").write_bytes(write(SHEET))
+    found = read_surface(tmp_path / "a part.stl")
+    assert found.dtype == float and found.shape == (2, 3, 3)
+    assert found == pytest.approx(SHEET, rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (b"", "holds no triangles"),
+        (b"PK\x03\x04 some archive", "cannot be read as an STL file"),
+        (stl_binary(SHEET)[:-20], "holds no triangles: it is empty, cut short"),
+        (stl_text([]), "holds no triangles"),
+        (stl_binary([]), "holds no triangles"),
+        (None, "cannot be read as an STL file"),
+    ],
+)
+def test_what_is_no_surface_is_refused(tmp_path, content, says):
+    if content is not None:
+        (tmp_path / "a.stl").write_bytes(content)
+    with pytest.raises(InputError, match=says):
+        read_surface(tmp_path / "a.stl")

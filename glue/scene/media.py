@@ -75,7 +75,9 @@ def _own_shots(table: Table, size: str | None) -> Shots | None:
 
 def _own_sieve(table: Table) -> Shots | None:
     if "diameter_m" in table:
-        table.problem("diameter_m", "follows from the sieve analysis; allowed: no diameter_m, or another size")
+        table.problem(
+            "diameter_m", "follows from the sieve analysis; allowed: no diameter_m, or another size"
+        )
     values = {key: table.get(key, schema.SHOTS[key]) for key in _OWN_NUMBERS if key != "diameter_m"}
     sieve = _read_sieve(table)
     if sieve is None or "diameter_m" in table or None in values.values():
@@ -99,7 +101,9 @@ def _read_sieve(table: Table) -> tuple[tuple[float, float], ...] | None:
         table.problem("sieve", f"must be an array of tables, not {wrong}; {_SIEVE_ALLOWED}")
         return None
     if not 2 <= len(rows) <= schema.MAX_SIEVES:
-        table.problem("sieve", f"must have 2 to {schema.MAX_SIEVES} sieves, not {len(rows)}; {_SIEVE_ALLOWED}")
+        table.problem(
+            "sieve", f"must have 2 to {schema.MAX_SIEVES} sieves, not {len(rows)}; {_SIEVE_ALLOWED}"
+        )
         return None
     pairs = []
     for number, row in enumerate(rows, start=1):
@@ -127,11 +131,16 @@ def _sieve_problems(pairs: list[tuple[float, float]]):
     if pairs[0][1] != 0.0:
         yield "[1].finer", f"{show(pairs[0][1])} leaves shots finer than the finest sieve without a size"
     if pairs[-1][1] != 1.0:
-        yield f"[{len(pairs)}].finer", f"{show(pairs[-1][1])} leaves shots coarser than the coarsest sieve without a size"
+        yield (
+            f"[{len(pairs)}].finer",
+            f"{show(pairs[-1][1])} leaves shots coarser than the coarsest sieve without a size",
+        )
 
 
 def _shots_of_grade(table: Table, size: str | None) -> Shots | None:
-    clash = [key for key in (*_OWN_NUMBERS, "sieve") if key in table and not (key == "sieve" and size != "sieve")]
+    clash = [
+        key for key in (*_OWN_NUMBERS, "sieve") if key in table and not (key == "sieve" and size != "sieve")
+    ]
     for key in clash:
         table.problem(key, "is fixed by grade; allowed: grade alone, or your own numbers without grade")
     grade = table.get("grade", schema.SHOTS["grade"])

@@ -86,11 +86,11 @@ def _read_feed(table: Table, exposure_time_s: float | None) -> Feed | None:
         return None
     if speed == 0.0:
         for key in given:
-            table.problem(
-                key, f"has no effect on a nozzle at rest; allowed: {_REST} above 0, or no {key}"
-            )
+            table.problem(key, f"has no effect on a nozzle at rest; allowed: {_REST} above 0, or no {key}")
         return None
-    values = {key: table.get(key, field) for key, field in schema.FEED.items() if key not in (_REST, "stroke_m")}
+    values = {
+        key: table.get(key, field) for key, field in schema.FEED.items() if key not in (_REST, "stroke_m")
+    }
     if values["passes"] == 1:
         for key in ("pitch_m", "dwell_s"):
             if table.data.get(key, 0) != 0:
@@ -108,7 +108,9 @@ def _read_feed(table: Table, exposure_time_s: float | None) -> Feed | None:
     )
 
 
-def _stroke_m(table: Table, speed: float, passes: int, dwell_s: float, exposure_time_s: float) -> float | None:
+def _stroke_m(
+    table: Table, speed: float, passes: int, dwell_s: float, exposure_time_s: float
+) -> float | None:
     """The stroke [m] that fills the exposure, printed as a default."""
     field = schema.FEED["stroke_m"]
     dwells_s = (passes - 1) * dwell_s
@@ -124,9 +126,7 @@ def _stroke_m(table: Table, speed: float, passes: int, dwell_s: float, exposure_
     if problem := field.problem(stroke):
         table.problem("stroke_m", f"feed speed x (exposure - dwells) / passes: {problem}")
         return None
-    table.log.default(
-        table.at("stroke_m"), stroke, "derived: feed speed x (exposure - dwells) / passes"
-    )
+    table.log.default(table.at("stroke_m"), stroke, "derived: feed speed x (exposure - dwells) / passes")
     return stroke
 
 
@@ -138,7 +138,10 @@ def _read_pulse(table: Table) -> Pulse | None:
     wanted = ("pulse_frequency_Hz", *schema.PULSE_KEYS[pattern]) if pattern != "steady" else ()
     for key in schema.PULSE:
         if key in table and key not in wanted and key != "mass_flow_pattern":
-            words = [word for word, keys in schema.PULSE_KEYS.items() if key in keys] or ["pulsed", "sinusoidal"]
+            words = [word for word, keys in schema.PULSE_KEYS.items() if key in keys] or [
+                "pulsed",
+                "sinusoidal",
+            ]
             patterns = " or ".join(f'"{word}"' for word in words)
             table.problem(
                 key,

@@ -63,7 +63,9 @@ def read_gravity(top: Table) -> Gravity | None:
         return None
     length = math.hypot(*values["direction"])
     if length == 0.0:
-        table.problem("direction", "[0, 0, 0] points nowhere; allowed: any vector but that, it is scaled to length 1")
+        table.problem(
+            "direction", "[0, 0, 0] points nowhere; allowed: any vector but that, it is scaled to length 1"
+        )
         return None
     direction = tuple(component / length for component in values["direction"])
     return Gravity(values["acceleration_m_s2"], direction, auto)

@@ -121,7 +121,11 @@ def misses(nozzle: Nozzle, window_m: Point) -> bool:
 
 def largest_square_m(nozzle: Nozzle, margin_m: float) -> float:
     """Side [m] of the largest square window that the (swept) footprint holds with its margin; 0: none."""
-    low, high = 0.0, 4.0 * (footprint(nozzle).along_m + (nozzle.feed.passes * nozzle.feed.pitch_m if nozzle.feed else 0.0))
+    low, high = (
+        0.0,
+        4.0
+        * (footprint(nozzle).along_m + (nozzle.feed.passes * nozzle.feed.pitch_m if nozzle.feed else 0.0)),
+    )
     for _ in range(60):
         side = 0.5 * (low + high)
         low, high = (side, high) if covers(nozzle, (side, side), margin_m) else (low, side)

@@ -41,6 +41,14 @@ def test_volume_fraction_by_hand():
     )
 
 
+def test_volume_fraction_of_a_mixture_by_hand():
+    """Half steel, half glass by mass: (.5 / 7800 + .5 / 2500) x .01667 / (3.14159e-4 x 60)."""
+    steel, glass = (dataclasses.replace(shot(grade), mass_fraction=0.5) for grade in ("S390", "GLASS500"))
+    nozzle = Nozzle(60.0, 0.01667, 0.02, 0.1, 90.0)
+    by_hand = (0.5 / 7800.0 + 0.5 / 2500.0) * 0.01667 / (math.pi * 1e-4 * 60.0)
+    assert mixture_volume_fraction((steel, glass), nozzle) == pytest.approx(by_hand, rel=1e-12)
+
+
 def test_corners_of_the_window_against_the_jet(write_scene, problems_of):
     """A square of side s fits a circle of radius R with margin m if (s/2 + m) sqrt 2 <= R: 13.142 mm."""
     limit = math.sqrt(2.0) * 0.010 - 0.001
@@ -236,3 +244,37 @@ def test_window_against_the_dimple(write_scene, problems_of):
         "target.window_m: 0.114 x 0.114 m needs a raster of 1.0e+08 points for dimples of about 0.000226778 "
         'm radius (estimate); allowed: a square window up to 0.113389 m at preset "balanced"'
     )
+
+
+def test_every_medium_and_nozzle_counts(write_scene, problems_of):
+    """The widest dimple needs the widest window, the finest the finest raster; shots of all nozzles are counted."""
+    mixed = {"shots": '[{grade = "S930", mass_fraction = 0.999}, {grade = "S70", mass_fraction = 0.001}]'}
+    (problem,) = problems_of(mixed | {"target.window_m": "[0.002, 0.002]"})
+    assert "0.002 m is too narrow for dimples of about 0.000535197 m radius" in problem  # .226778 x 2.36
+    wide = {"nozzle.jet_diameter_m": "0.1", "nozzle.mass_flow_kg_s": "0.001", "target.window_m": "[0.021, 0.021]"}
+    (problem,) = problems_of(mixed | wide)
+    assert "dimples of about 4.08201e-5 m radius (estimate); allowed: a square window up to 0.02041 m" in problem
+    read_scene(write_scene(mixed | wide | {"target.window_m": "[0.020, 0.020]"}))
+    jet = "speed_m_s = 60, mass_flow_kg_s = 0.01, jet_diameter_m = 0.02, stand_off_m = 0.1, impact_angle_deg = 90"
+    (problem,) = problems_of({"nozzle": f"[{{{jet}}}, {{{jet}}}]", "exposure_time_s": "410"})
+    assert problem.startswith("exposure_time_s: 2e+06 shots are expected, more than a run holds; allowed")
+    read_scene(write_scene({"nozzle": f"[{{{jet}}}, {{{jet}}}]", "exposure_time_s": "408"}))  # 2e6 x 4.08407e-6 / .02
+
+
+@pytest.mark.parametrize("word, refused", [("auto", True), ("dem", True), ("event", False), ("ballistic", False)])
+def test_contact_times_matter_where_yade_may_run(word, refused, write_scene, problems_of):
+    fast = {"nozzle.speed_m_s": "300.0", "target.window_m": "[0.006, 0.006]", "models.flow": f'"{word}"'}
+    if refused:
+        (problem,) = problems_of(fast)
+        assert "makes the shortest contact 8.7 time steps long" in problem
+    else:
+        read_scene(write_scene(fast))
+
+
+def test_a_hardened_rebound_presses_shots_deeper(write_scene, problems_of):
+    """Steel at 275 m/s: into 2024 .2711 of a radius; two shots at 1.5 x 275 m/s less, at 1.94 x 275 m/s .3047."""
+    fast = {"nozzle.speed_m_s": "275", "target.window_m": "[0.006, 0.006]"}
+    read_scene(write_scene(fast), preset="reference")
+    for e in ({"restitution.hardening": "{saturated = 0.94}"}, {"restitution.shot_target": "0.94"}):
+        (problem,) = problems_of(fast | e, preset="reference")
+        assert problem.startswith("nozzle.speed_m_s: 275 m/s presses two shots 0.30")

@@ -20,8 +20,11 @@ PROMISES = {
 }
 
 
+OWN_TESTS = ("cylinder-s230", "glass-drag", "mixed-s230-s390-traverse", "two-nozzles-pulsed")
+
+
 def test_every_example_has_its_promise():
-    assert example_names() == sorted(PROMISES)
+    assert example_names() == sorted((*PROMISES, *OWN_TESTS))
 
 
 @pytest.mark.parametrize("name", PROMISES)
@@ -49,6 +52,85 @@ def test_the_main_examples_reach_full_coverage_in_minutes(name):
     flight_s = scene.nozzle.stand_off_m / scene.nozzle.speed_m_s * (1.0 + 1.0 / 0.3)  # rebound at e = .3
     cost_s = scene.exposure_time_s / step_s * (1.1e-6 + 0.055e-6 * scene.shot_rate_1_s * flight_s)
     assert cost_s < 240.0
+
+
+def hits(scene, per_m2):
+    """Hits per point from impacts per area [1/m2] of the whole mixture, by estimated dimples at the normal speed."""
+    areas = [
+        shots.mass_fraction / shots.mean_mass_kg / scene.shots_per_kg
+        * math.pi * estimated_dimple_radius_m(shots, scene.nozzle.normal_speed_m_s, scene.target.material) ** 2
+        for shots in scene.media
+    ]  # fmt: skip
+    return per_m2 * sum(areas)
+
+
+def test_the_traverse_keeps_its_promise():
+    scene = read_scene(example_path("mixed-s230-s390-traverse"))
+    small, feed = scene.media[0], scene.nozzle.feed
+    assert (scene.exposure_time_s, scene.arrivals) == (pytest.approx(3.2), "exact_mass")
+    assert scene.shot_rate_1_s == pytest.approx(4523, abs=0.5)
+    assert scene.expected_shots == pytest.approx(14473, abs=0.5)
+    assert 0.5 / small.mean_mass_kg / scene.shots_per_kg == pytest.approx(0.82, abs=0.005)
+    radii = [estimated_dimple_radius_m(s, scene.nozzle.normal_speed_m_s, scene.target.material) for s in scene.media]
+    assert radii == [pytest.approx(0.129e-3, abs=5e-7), pytest.approx(0.213e-3, abs=5e-7)]
+    # followed in time: one pass over the middle of the window, the jet's section an ellipse of even flow
+    a, b = 0.004 / math.sin(math.radians(45.0)), 0.004
+    steps = 200_001
+    passing = [i * feed.stroke_m / (steps - 1) - 0.5 * feed.stroke_m for i in range(steps)]
+    flux = scene.shot_rate_1_s / (math.pi * a * b)
+    step_s = feed.stroke_m / feed.speed_m_s / (steps - 1)
+    per_pass = [flux * step_s * sum((x / a) ** 2 + (y / b) ** 2 < 1.0 for y in passing) for x in (-0.003, 0.0, 0.003)]
+    assert per_pass[1] == pytest.approx(25e6, abs=0.5e6)
+    assert per_pass[0] / per_pass[1] == pytest.approx(0.85, abs=0.005)
+    assert sum(per_pass) == pytest.approx(69e6, abs=0.5e6)
+    assert hits(scene, sum(per_pass)) == pytest.approx(4.7, abs=0.05)
+
+
+def test_the_beads_are_slowed_as_promised():
+    """Schiller-Naumann by a midpoint rule of 10 000 steps in the distance flown."""
+    scene = read_scene(example_path("glass-drag"))
+    nozzle, bead, air = scene.nozzle, scene.shots, scene.air_drag
+    assert not air.auto and scene.gravity.auto
+
+    def slowing(v):
+        reynolds = air.gas_density_kg_m3 * v * bead.diameter_m / air.gas_viscosity_Pa_s
+        drag = 24.0 / reynolds * (1.0 + 0.15 * reynolds**0.687)
+        return -0.75 * drag * air.gas_density_kg_m3 * v / (bead.density_kg_m3 * bead.diameter_m)
+
+    v, step = nozzle.speed_m_s, nozzle.stand_off_m / 10_000
+    for _ in range(10_000):
+        v += step * slowing(v + 0.5 * step * slowing(v))
+    assert v == pytest.approx(58, abs=0.5)
+    per_m2 = scene.expected_shots / nozzle.footprint_area_m2
+    assert scene.expected_shots == pytest.approx(15300, abs=50)
+    for speed, radius, per_point in ((80.0, 20e-6, 5.9), (v, 17e-6, 4.3)):
+        estimate = estimated_dimple_radius_m(bead, speed, scene.target.material)
+        assert estimate == pytest.approx(radius, abs=0.5e-6)
+        assert math.pi * estimate**2 * per_m2 == pytest.approx(per_point, abs=0.05)
+
+
+def test_the_two_nozzles_keep_their_promise():
+    scene = read_scene(example_path("two-nozzles-pulsed"))
+    assert scene.shot_rate_1_s / 2.0 == pytest.approx(2267, abs=0.5)
+    assert scene.expected_shots == pytest.approx(9069, abs=0.5)
+    assert [n.pulse.peak for n in scene.nozzles] == [2.0, 1.8]
+    shots, sine = scene.expected_shots / 2.0, math.sin(math.radians(60.0))
+    # a Gaussian of sd 2.5 mm cut at 5 mm; an even disc that grew from 5 mm radius
+    dense = shots * sine / (2.0 * math.pi * 0.0025**2 * (1.0 - math.exp(-2.0)))
+    wide = 0.005 + 0.1 * math.tan(math.radians(2.0))
+    thin = shots * sine / (math.pi * wide**2)
+    assert (dense, thin) == (pytest.approx(116e6, abs=0.5e6), pytest.approx(17e6, abs=0.5e6))
+    assert hits(scene, dense + thin) == pytest.approx(6.7, abs=0.05)
+
+
+def test_the_shaft_keeps_its_promise():
+    scene = read_scene(example_path("cylinder-s230"))
+    per_m2 = scene.expected_shots / scene.nozzle.footprint_area_m2
+    assert (scene.expected_shots, per_m2) == (pytest.approx(6801, abs=0.5), pytest.approx(87e6, abs=0.5e6))
+    assert hits(scene, per_m2) == pytest.approx(5.0, abs=0.05)
+    lean = math.asin(0.0015 / scene.target.surface.radius_m)
+    assert math.degrees(lean) == pytest.approx(8.6, abs=0.05)
+    assert 1.0 - math.cos(lean) == pytest.approx(0.011, abs=5e-4)
 
 
 def test_the_default_scene_holds_the_design_values():

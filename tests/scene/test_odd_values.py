@@ -7,6 +7,7 @@ import json
 import pytest
 
 from glue.errors import InputError
+from glue.scene import schema
 from glue.scene.reader import read_scene, resolved_dict
 
 ODD_VALUES = [
@@ -35,15 +36,35 @@ KEYS = [
     *("nozzle.impact_angle_deg", "nozzle.feed_speed_m_s", "target.material", "target.window_m"),
     *("target.material.E_Pa", "target.material.johnson_cook", "target.material.combined"),
     *("target.material.combined.backstresses", "restitution.shot_target", "friction.shot_shot"),
-    *("models.flow", "accuracy.preset"),
+    *("models.flow", "accuracy.preset", "arrivals", "air_drag", "gravity.direction", "gravity.acceleration_m_s2"),
+    *("air_drag.gas_speed_m_s", "restitution.hardening", "restitution.hardening.hits", "target.surface"),
+    *("target.surface.kind", "target.surface.file", "target.surface.radius_m", "target.thickness_m"),
+    *("shots.mass_fraction", "shots.sieve", "shots.sieve.opening_m"),
+    *(f"nozzle.{key}" for key in (*schema.NOZZLE, *schema.JET, *schema.FEED, *schema.PULSE)),
 ]
+# What must stand beside a key for it to be looked at.
+BESIDE = {
+    "target.surface.file": {"target.surface.kind": '"stl"'},
+    "target.surface.radius_m": {"target.surface.kind": '"cylinder"'},
+    "nozzle.pulse_duty": {"nozzle.mass_flow_pattern": '"pulsed"', "nozzle.pulse_frequency_Hz": "20"},
+    "nozzle.pulse_amplitude": {"nozzle.mass_flow_pattern": '"sinusoidal"', "nozzle.pulse_frequency_Hz": "20"},
+    "nozzle.pulse_frequency_Hz": {"nozzle.mass_flow_pattern": '"pulsed"', "nozzle.pulse_duty": "0.5"},
+    **{
+        f"nozzle.{key}": {"nozzle.feed_speed_m_s": "0.02", "nozzle.passes": "2"}
+        for key in schema.FEED
+        if key not in ("feed_speed_m_s", "passes")
+    },
+    "nozzle.passes": {"nozzle.feed_speed_m_s": "0.02"},
+    "nozzle.stroke_m": {"nozzle.feed_speed_m_s": "0.02", "exposure_time_s": None},
+    "shots.sieve": {"shots": None, "shots.density_kg_m3": "7800", "shots.size": '"sieve"'},
+}
 
 
 @pytest.mark.parametrize("key", KEYS)
 def test_whatever_stands_in_a_key_is_read_or_refused_in_words(key, write_scene):
-    parent = {"target.material": None} if key.startswith("target.material.") else {}
+    beside = {"target.material": None} if key.startswith("target.material.") else BESIDE.get(key, {})
     for value in ODD_VALUES:
-        path = write_scene(parent | {key: value})
+        path = write_scene(beside | {key: value})
         try:
             scene = read_scene(path)
         except InputError as error:
@@ -52,3 +73,12 @@ def test_whatever_stands_in_a_key_is_read_or_refused_in_words(key, write_scene):
                 assert any(word in problem for word in ("allowed", "this version has", "must be", "required"))
         else:  # the few that are fine, an empty optional table for one
             assert json.loads(json.dumps(resolved_dict(scene), allow_nan=False))
+
+
+@pytest.mark.parametrize("block", ["shots", "nozzle"])
+def test_whatever_stands_among_several_blocks(block, write_scene):
+    for value in ODD_VALUES:
+        path = write_scene({block: f"[{value}, {value}]"})
+        with pytest.raises(InputError) as caught:
+            read_scene(path)
+        assert all(problem.startswith(f"{path}: {block}") for problem in caught.value.problems)

@@ -8,7 +8,9 @@ from glue.flow.impacts import normal_speed_m_s
 from glue.flow.surface import PLANE, TargetSurface
 from glue.scene.model import Scene
 
-_SPEED = 1.1  # times the fastest nozzle (or the gas): collisions between shots may pass on a little more
+# Speed over that of the fastest nozzle (or the gas).  Of two equal shots at right angles one may leave with sqrt(2)
+# times their speed, a light one struck head-on by a much heavier one with 3 times; a third shot adds to that.
+_SPEED_ALIKE, _SPEED_MIXED = 2.0, 5.0
 _ENERGY = 1e-9  # share by which rounding may raise a shot's energy in one impact
 _TOUCH = 1e-6  # distance of a touched point from the surface over the shot's diameter
 _SAMPLE = 200  # touched points tried on a surface of triangles, where each takes a search
@@ -42,7 +44,7 @@ def log_problems(scene: Scene, arrivals: np.ndarray, impacts: np.ndarray, surfac
         expect(same, "of another size than the shot that left")
     expect(normal_speed_m_s(impacts) > 0.0, "out of the target instead of into it")
     expect(_energy(impacts, "out") <= (1.0 + _ENERGY) * _energy(impacts, "in"), "with more energy after than before")
-    expect(_speed2(impacts, "in") <= _fastest(scene) ** 2, f"faster than {_fastest(scene):.4g} m/s, 1.1 times the stream")
+    expect(_speed2(impacts, "in") <= _fastest(scene) ** 2, f"faster than {_fastest(scene):.4g} m/s")
     expect(_off_surface(impacts, surface) <= _TOUCH, "away from the target's surface")
     return problems
 
@@ -58,11 +60,12 @@ def _energy(impacts, when):
 
 
 def _fastest(scene: Scene) -> float:
+    factor = _SPEED_ALIKE if scene.smallest_diameter_m == scene.largest_diameter_m else _SPEED_MIXED
     gas = scene.air_drag.gas_speed_m_s if scene.air_drag else 0.0
     fall = 0.0
     if scene.gravity:  # from ten stand-offs up, where falling shots are dropped
         fall = 20.0 * scene.gravity.acceleration_m_s2 * max(n.stand_off_m for n in scene.nozzles)
-    return (max(_SPEED * scene.fastest_m_s, _SPEED * gas) ** 2 + fall) ** 0.5
+    return ((factor * max(scene.fastest_m_s, gas)) ** 2 + fall) ** 0.5
 
 
 def _off_surface(impacts, surface):

@@ -57,6 +57,7 @@ class Bodies:
             1e3,
         )  # away from contacts that the collider still thinks possible
         body.state.vel = body.state.angVel = (0.0, 0.0, 0.0)
+        self.target.release(shot)
         del self.shot_of[shot.body]
         self._parked.append(shot.body)
         shot.body = -1
@@ -81,6 +82,12 @@ class Bodies:
         state = O.bodies[shot.body].state
         v, w = state.vel, state.angVel
         return (v[0], v[1], v[2]), (w[0], w[1], w[2])
+
+    def set_motion(self, shot: Flying, now: float) -> None:
+        """Move the body of the free ``shot``, if it has one, as its flight now has it."""
+        if shot.body >= 0:
+            state = O.bodies[shot.body].state
+            state.pos, state.vel = shot.at(now), shot.vel
 
     def check_flight(self, shot: Flying, now: float | None = None) -> None:
         """A free shot must fly as its last contact left it: else a contact was missed. Raises FlowFailed."""

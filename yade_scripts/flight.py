@@ -18,6 +18,9 @@ _ID, _TIME, _DIAMETER, _DENSITY, _MEDIUM = (
 _POS, _VEL = COLUMNS.names.index("x_m"), COLUMNS.names.index("vx_m_s")
 
 
+PAIRS_AT_ONCE = 100_000  # in one go of Fleet.all_touches
+
+
 class FlowFailed(Exception):
     """A check of the running or finished simulation says that its result is wrong: one line, the cause."""
 
@@ -27,7 +30,7 @@ class Flying:
 
     __slots__ = (
         *("arrival", "shot_id", "medium", "radius", "mass", "t", "pos", "vel", "spin", "start_speed"),
-        *("collisions", "impacts", "open", "flight", "slot", "body", "before"),
+        *("collisions", "impacts", "open", "flight", "slot", "body", "before", "strike", "true_at"),
     )
 
     def __init__(self, arrival: tuple):
@@ -45,6 +48,8 @@ class Flying:
         self.flight = 0  # counts the changes of flight
         self.slot = -1  # in the fleet
         self.body = -1  # in YADE; -1 while it has none
+        self.strike = None  # kept by a curved target: (flight, time, point, normal) of the next touch
+        self.true_at = self.t  # when ``vel`` is the true velocity: with kicks, in the middle of a stretch
         self.before = None  # while in contact near the target: (vel, spin) at the step before this one
 
     def at(self, now: float) -> tuple[float, float, float]:
@@ -142,6 +147,26 @@ class Fleet:
             if other is not shot:
                 after = gap2[i] / (math.sqrt(root2[i]) - approach[i]) if gap2[i] > 0.0 else 0.0
                 found.append((now + float(after), other))
+        return found
+
+    def all_touches(self, now: float) -> list[tuple[float, Flying, Flying]]:
+        """``touches`` of every pair of free shots, each pair once."""
+        place, found = self.at(now), []
+        rows = max(1, PAIRS_AT_ONCE // max(len(self.shots), 1))
+        for first in range(0, len(self.shots), rows):
+            some = slice(first, first + rows)
+            p = place[:, None, :] - place[:, some, None]
+            v = self.vel[:, None, :] - self.vel[:, some, None]
+            approach = np.einsum("kij,kij->ij", p, v)
+            speed2 = np.einsum("kij,kij->ij", v, v)
+            gap2 = np.einsum("kij,kij->ij", p, p) - (self.radius + self.radius[some, None]) ** 2
+            root2 = approach * approach - speed2 * gap2
+            meets = (approach < 0.0) & (root2 > 0.0) & self.free & self.free[some, None]
+            for i, j in zip(*(index.tolist() for index in meets.nonzero())):
+                if j > i + first:
+                    gap = float(gap2[i, j])
+                    after = gap / (math.sqrt(root2[i, j]) - float(approach[i, j])) if gap > 0.0 else 0.0
+                    found.append((now + after, self.shots[i + first], self.shots[j]))
         return found
 
     def near(self, place, reach_m: float, ahead_s: float, now: float) -> list[Flying]:

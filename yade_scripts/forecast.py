@@ -36,6 +36,17 @@ class Forecast:
         for t, other in self.fleet.touches(shot, now):
             self._push(t, shot, other)
 
+    def renew_all(self, now: float) -> None:
+        """All free shots changed their flight at ``now``: forget the old ones, foresee anew."""
+        self._heap = []
+        free = [shot for shot in self.fleet.shots if not shot.open]
+        for shot in free:
+            shot.flight += 1
+        for shot in free:
+            self._push(self.landing(shot, now), shot, shot)
+        for t, a, b in self.fleet.all_touches(now):
+            self._push(t, a, b)
+
     def _push(self, t: float, a: Flying, b: Flying) -> None:
         if t < math.inf:
             heapq.heappush(self._heap, (t, self._count, a, a.flight, b, b.flight))

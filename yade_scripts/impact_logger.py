@@ -66,8 +66,9 @@ class ImpactLogger:
         self.top_speed = 0.0
         self.worst_gain = -math.inf  # largest relative gain of kinetic energy in contacts
         self.worst_momentum = 0.0  # largest relative change of momentum in collisions between shots
-        # since the last moment without contact: shot_id -> (shot, energy, momentum) before it
-        self._touched: dict[int, tuple[Flying, float, tuple]] = {}
+        # since the last moment without contact, by shot_id: (energy, momentum) before it, and after
+        self._before: dict[int, tuple[float, tuple]] = {}
+        self._after: dict[int, tuple[float, tuple]] = {}
         self._target_touched = False
         self._watched: list[Flying] = []  # in contact with a shot while near the target
 
@@ -123,9 +124,7 @@ class ImpactLogger:
         for shot in shots:
             shot.flight += 1  # voids what was foreseen of it
             self.held(shot)
-            if shot.shot_id not in self._touched:
-                momentum = tuple(shot.mass * c for c in shot.vel)
-                self._touched[shot.shot_id] = (shot, shot.energy_J(), momentum)
+            self._before.setdefault(shot.shot_id, _balance_of(shot))
         if contact.on_target:
             (shot,) = shots
             self._target_touched = True
@@ -150,9 +149,11 @@ class ImpactLogger:
     def _end(self, contact: Contact, now: float) -> None:
         for shot in contact.shots:
             shot.open -= 1
-            shot.t, shot.pos = now, self.bodies.place(shot)
+            shot.t = shot.true_at = now
+            shot.pos = self.bodies.place(shot)
             shot.vel, shot.spin = self.bodies.motion(shot)
             shot.before = None
+            self._after[shot.shot_id] = _balance_of(shot)
             speed = math.hypot(*shot.vel)
             self.top_speed = max(self.top_speed, speed)
             # a shot that met no other has no source of energy but the contact itself
@@ -198,19 +199,27 @@ class ImpactLogger:
 
     def _balance(self) -> None:
         """No contact is open: energy and momentum of the shots that touched must account for themselves."""
-        shots = list(self._touched.values())
-        before = sum(e for _, e, _ in shots)
-        after = sum(s.energy_J() for s, _, _ in shots)
+        before = sum(energy for energy, _ in self._before.values())
+        after = sum(energy for energy, _ in self._after.values())
         gain = after / before - 1.0
         self.worst_gain = max(self.worst_gain, gain)
         if not gain <= ENERGY_TOLERANCE:
             raise FlowFailed(
-                f"kinetic energy rises by {gain:.2%} in a contact of shots"
-                f" {sorted(s.shot_id for s, _, _ in shots)}: the time step is too large"
+                f"kinetic energy rises by {gain:.2%} in a contact of shots {sorted(self._before)}:"
+                " the time step is too large"
             )
         if not self._target_touched:
-            size = sum(math.hypot(*p) for _, _, p in shots)
-            change = [sum(s.mass * s.vel[k] - p[k] for s, _, p in shots) for k in range(3)]
+            size = sum(math.hypot(*p) for _, p in self._before.values())
+            change = [
+                sum(p[k] for _, p in self._after.values()) - sum(p[k] for _, p in self._before.values())
+                for k in range(3)
+            ]
             self.worst_momentum = max(self.worst_momentum, math.hypot(*change) / size)
-        self._touched.clear()
+        self._before.clear()
+        self._after.clear()
         self._target_touched = False
+
+
+def _balance_of(shot: Flying) -> tuple[float, tuple]:
+    """(kinetic energy [J], momentum [kg m/s]) of its last free state."""
+    return shot.energy_J(), tuple(shot.mass * c for c in shot.vel)

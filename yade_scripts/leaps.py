@@ -36,11 +36,14 @@ class Leaps:
         self.fleet, self.bodies, self.logger = fleet, bodies, logger
         self.forecast = Forecast(fleet, bodies.target.landing)
         logger.held, logger.freed = self._held, self._freed
+        self.kicks = None  # begins every free flight with a kick, where there is drag or gravity
         self._hold = -1  # step until which the contacts put into YADE must have begun
         self._watch = -1  # step until which no outsider can reach an open contact
 
     def add(self, shot: Flying) -> None:
         """``shot`` flies from now on."""
+        if self.kicks:
+            self.kicks.begin(shot, shot.t)
         self.fleet.add(shot)
         self.forecast.renew(shot, self.logger.clock())
         self._watch = -1
@@ -77,9 +80,12 @@ class Leaps:
         """Put the partners of every contact due before step ``before`` into YADE."""
         now, dt = self.logger.clock(), self.logger.dt
         while self.forecast.next() / dt < before:
-            for shot in self.forecast.take()[1]:
+            _, partners = self.forecast.take()
+            for shot in partners:
                 if shot.body < 0:
                     self.bodies.put(shot, now)
+            if len(partners) == 1:
+                self.bodies.target.expect(partners[0], now)
         self.bodies.refresh()
         self._hold = before + GRACE_STEPS
 
@@ -109,8 +115,12 @@ class Leaps:
         now, ahead = log.clock(), WATCH_STEPS * log.dt
         held = [shot for shot in bodies.shot_of.values() if shot.open]
         energy = sum(shot.energy_J() for shot in held)  # of before the contact: it can only shrink
+        supported = {shot for c in log.open.values() if c.on_target for shot in c.shots}
         came = False
         for shot in held:
+            if shot not in supported:
+                bodies.target.support(shot, bodies.place(shot), now)
+                came = True
             reach = shot.radius + math.sqrt(2.0 * energy / shot.mass) * ahead
             for other in self.fleet.near(bodies.place(shot), reach, ahead, now):
                 if other.body < 0:
@@ -124,8 +134,18 @@ class Leaps:
         self.fleet.hold(shot)
         self._watch = -1
 
+    def renew_all(self, now: float) -> None:
+        """The free shots were all kicked."""
+        for shot in self.bodies.shot_of.values():
+            if not shot.open:
+                self.bodies.set_motion(shot, now)
+        self.forecast.renew_all(now)
+
     def _freed(self, shots, now: float) -> None:
         for shot in shots:
+            if self.kicks:
+                self.kicks.begin(shot, now)
+                self.bodies.set_motion(shot, now)
             self.fleet.renew(shot)
         for shot in shots:
             self.forecast.renew(shot, now)

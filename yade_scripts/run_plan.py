@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 from contact_model import Calibration, Law, Solid, calibrate, check_restitution, p_wave_step_s
+from dashpots import DashpotMap
 from glue.errors import InputError
 from glue.flow.restitution import RestitutionLaw
 from glue.scene import sizes
@@ -31,10 +32,11 @@ class Plan(NamedTuple):
     shot_target: Calibration
     shot_shot: Calibration
     laws: tuple[Law, Law]  # shot-target, shot-shot
-
-    @property
-    def speed_limit_factor(self) -> float:
-        return 2.0
+    maps: (
+        dict[str, DashpotMap] | None
+    )  # "target", "shot"; None where one restitution per pair serves all contacts
+    speed_limit_m_s: float  # no shot can be faster
+    shortest_contact_steps: float
 
 
 def solid(part) -> Solid:
@@ -54,11 +56,13 @@ def plan_run(scene, restitution: RestitutionLaw, dt_over_P: float, *, guarded: b
     if not min(smallest.values()) > 0.0:
         raise InputError("shots.size_cv: the smallest shot has no size; must be below 0.4")
     e_target, e_shot = restitution.at(speed), scene.restitution.shot_shot
-    problems = [
-        check_restitution("restitution.shot_target", e_target),
-        check_restitution("restitution.shot_shot", e_shot),
-        *(inlet_clearance_problem(nozzle, scene.largest_diameter_m) for nozzle in scene.nozzles),
-    ]
+    ends = {"restitution.shot_target": e_target, "restitution.shot_shot": e_shot}
+    if restitution.exponent:
+        ends["restitution.shot_target at low speed"] = restitution.largest
+    if restitution.hardening:
+        ends["restitution.hardening.saturated"] = restitution.hardening.saturated
+    problems = [check_restitution(name, e) for name, e in ends.items()]
+    problems += [inlet_clearance_problem(nozzle, scene.largest_diameter_m) for nozzle in scene.nozzles]
     if not dt_over_P > 0.0 or guarded and dt_over_P > MAX_DT_OVER_P:
         problems.append(
             f"time step = {dt_over_P} P: must lie in (0, {MAX_DT_OVER_P}] P-wave steps of the smallest shot"
@@ -90,4 +94,29 @@ def plan_run(scene, restitution: RestitutionLaw, dt_over_P: float, *, guarded: b
     else:
         on_target, on_shot = (Calibration(wanted[p], wanted[p], *[math.nan] * 3) for p in ("target", "shot"))
     laws = (Law(on_target.en, scene.friction.shot_target), Law(on_shot.en, scene.friction.shot_shot))
-    return Plan(media, target, dt, dt_over_P, restitution, on_target, on_shot, laws)
+    maps = None
+    varies = restitution.exponent or restitution.hardening or len(media) > 1 or scene.shots.size != "mono"
+    if varies and guarded:
+        maps = {
+            pair: DashpotMap(pair, en=law.en, speed_m_s=speeds[pair], **rig)
+            for pair, law in zip(("target", "shot"), laws)
+        }
+    return Plan(
+        *(media, target, dt, dt_over_P, restitution, on_target, on_shot, laws, maps),
+        speed_limit_m_s=_speed_limit_m_s(scene),
+        shortest_contact_steps=shortest,
+    )
+
+
+def _speed_limit_m_s(scene) -> float:
+    """Twice the energy of one lightest and one heaviest shot at full speed, all in the lightest; two equal ones: 2 v.
+
+    A single contact is held to much less (``ImpactLogger``): this stops a blow-up that creeps.
+    """
+    masses = [
+        shots.density_kg_m3 * d**3
+        for shots in scene.media
+        for d in (sizes.smallest_m(shots), sizes.largest_m(shots))
+    ]
+    gas = abs(scene.air_drag.gas_speed_m_s) if scene.air_drag else 0.0
+    return max(scene.fastest_m_s, gas) * math.sqrt(2.0 * (1.0 + max(masses) / min(masses)))

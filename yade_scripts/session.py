@@ -1,10 +1,13 @@
-"""What every script run by ``yade`` does first: close its ports, and keep its own folder out of results."""
+"""What every script run by ``yade`` does first: close its ports, and see to its temporary folder."""
 
 from __future__ import annotations
 
+import atexit
 import gc
 import os
+import shutil
 import socketserver
+from pathlib import Path
 
 
 def close_listeners() -> int:
@@ -17,6 +20,18 @@ def close_listeners() -> int:
         server.shutdown()
         server.server_close()
     return len(listening_sockets())
+
+
+def remove_scratch_at_exit() -> Path:
+    """Have YADE's temporary folder removed when the script ends; returns it.
+
+    YADE leaves one per run.  After ``kill -9`` it stays all the same: /tmp/yade-*, a few bytes, safe to delete.
+    """
+    from yade import O
+
+    scratch = Path(O.tmpFilename()).parent
+    atexit.register(shutil.rmtree, scratch, ignore_errors=True)
+    return scratch
 
 
 def listening_sockets() -> list[str]:

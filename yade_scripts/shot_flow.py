@@ -26,30 +26,20 @@ sys.path[:0] = [str(HERE), str(HERE.parent)]
 import session  # noqa: E402
 
 session.close_listeners()
+session.remove_scratch_at_exit()
 
 import numpy as np  # noqa: E402
 
-from contact_model import build  # noqa: E402
-from flow_checks import audit, postflight  # noqa: E402
+from flight import FlowFailed  # noqa: E402
+from flow_run import FlowRun  # noqa: E402
 from glue.atomic import write_text_atomic  # noqa: E402
 from glue.errors import InputError  # noqa: E402
 from glue.flow import arrivals as shots_leaving  # noqa: E402
-from glue.flow.impacts import impact_writer  # noqa: E402
+from glue.flow import surface  # noqa: E402
+from glue.flow.regime import resolve_physics  # noqa: E402
 from glue.flow.restitution import RestitutionLaw  # noqa: E402
 from glue.scene.reader import read_scene  # noqa: E402
-from bodies import Bodies  # noqa: E402
-from flight import Fleet, FlowFailed  # noqa: E402
-from impact_logger import ImpactLogger  # noqa: E402
-from leaps import Leaps  # noqa: E402
-from plain_steps import PlainSteps  # noqa: E402
 from run_plan import plan_run  # noqa: E402
-from shot_stream import DROPS_PER_FLIGHT, Stream  # noqa: E402
-from target_plane import PlaneTarget  # noqa: E402
-
-# Shots that meet others may leave with any speed below this times the nozzle's: two equal shots can at most
-# reach sqrt 2, sizes within 2.5 x 10 % some 1.6.  One that met none must stay below 1.1 (ImpactLogger).
-SPEED_LIMIT = 2.0
-TAIL_FLIGHTS = 20.0  # give up on slow stragglers after this many flights of the stand-off at nozzle speed
 
 
 def parse(argv):
@@ -62,12 +52,20 @@ def parse(argv):
         metavar="E",
         help="shot on target; needed when the scene says from_dimple",
     )
+    p.add_argument("--law", type=Path, metavar="FILE", help="in place of --restitution: its law as JSON")
+    p.add_argument("--surface", type=Path, metavar="FILE", help="triangles of a target given as STL (.npz)")
     p.add_argument("--arrivals", type=Path, metavar="FILE", help="arrivals.csv to read instead of drawing")
     p.add_argument("--accuracy", metavar="PRESET", help="in place of the scene's accuracy.preset")
     p.add_argument("--exposure", type=float, metavar="S", help="stop feeding at this time [s] (for trials)")
     p.add_argument("--dt-over-P", type=float, metavar="X", help="time step in place of the preset's")
     p.add_argument(
         "--jet-margin", type=float, metavar="RADII", help="drop rising shots this far beside the jet"
+    )
+    p.add_argument(
+        "--continue", dest="go_on", action="store_true", help="from OUT's checkpoint, if a stopped run left one"
+    )
+    p.add_argument(
+        "--checkpoint", type=float, default=5.0, metavar="S", help="wall time between checkpoints (default 5)"
     )
     p.add_argument(
         "--plain", action="store_true", help="make every single step instead of leaping over free flight"
@@ -78,12 +76,26 @@ def parse(argv):
     return p.parse_args(argv)
 
 
-def restitution_of(scene, given: float | None) -> float:
-    if given is not None:
-        return given
-    if isinstance(scene.restitution.shot_target, str):
+def law_of(scene, args) -> RestitutionLaw:
+    """Restitution on the target, as given or as the scene says."""
+    if args.law is not None:
+        try:
+            return RestitutionLaw.from_dict(json.loads(args.law.read_text()))
+        except (OSError, ValueError) as e:
+            raise InputError(f"{args.law}: cannot be read as a restitution law ({e})") from None
+    e = scene.restitution.shot_target if args.restitution is None else args.restitution
+    if isinstance(e, str):
         raise InputError("restitution.shot_target is from_dimple: give its value with --restitution E")
-    return scene.restitution.shot_target
+    hardening = scene.restitution.hardening
+    if hardening is not None:
+        raise InputError("restitution.hardening needs the radius of a spot: give it with --law FILE")
+    return RestitutionLaw(e)
+
+
+def surface_of(scene, args) -> surface.TargetSurface:
+    if args.surface is None:
+        return surface.from_scene(scene)
+    return surface.load(args.surface)
 
 
 def arrivals_of(scene, args) -> np.ndarray:
@@ -105,100 +117,33 @@ def arrivals_of(scene, args) -> np.ndarray:
     return arrivals
 
 
-def simulate(stream: Stream, writer, end_s: float, flight_s: float) -> None:
-    """Feed and step until every shot has struck or gone, at most ``TAIL_FLIGHTS`` after the last arrival."""
-    logger, mover = stream.logger, stream.mover
-    stride = max(1, round(flight_s / DROPS_PER_FLIGHT / logger.dt))
-    begun = said = time.monotonic()
-    look = logger.step  # the step of the next look through all shots
-    while True:
-        if logger.step >= look:
-            stream.drop()
-            look += stride
-            now = time.monotonic()
-            if now - said > 1.0:
-                audit(mover)
-                writer.flush()
-                done = min(max(logger.clock() / end_s, 1e-6), 0.999)
-                print(f"progress {done:.3f} eta_s {(now - begun) * (1.0 / done - 1.0):.0f}", flush=True)
-                said = now
-        stream.feed()
-        wait = stream.steps_to_next()
-        if wait is None and (not stream.falling() or logger.clock() > end_s + TAIL_FLIGHTS * flight_s):
-            break
-        mover.advance(look - logger.step if wait is None else min(wait, look - logger.step))
-    stream.drop()
-    audit(mover)
-    logger.flush()
-
-
-def summary(plan, stream, impacts: int) -> dict:
-    """The numbers of flow.json that come from the run; SI."""
-    logger, live = stream.logger, stream.fleet.shots
-    return {
-        "stepping": stream.mover.name,
-        "dt_s": plan.dt_s,
-        "dt_over_P": plan.dt_over_P,
-        "calibration": {"shot_target": plan.shot_target._asdict(), "shot_shot": plan.shot_shot._asdict()},
-        "steps": logger.step - stream.first_step,
-        "executed_steps": logger.executed,
-        "simulated_s": logger.clock(),
-        "peak_live_shots": stream.peak_live,
-        "arrived": stream.next,
-        "impacts": impacts,
-        "dropped": stream.dropped,
-        "in_flight": len(live),
-        "shots_that_never_struck": stream.never_struck + sum(s.impacts == 0 for s in live),
-        "shot_shot_collisions": logger.collisions,
-        "top_speed_m_s": logger.top_speed,
-    }
-
-
 def run(args, report: dict) -> None:
     scene = read_scene(args.scene, preset=args.accuracy)
-    restitution = restitution_of(scene, args.restitution)
-    plan = plan_run(
-        scene, RestitutionLaw(restitution), args.dt_over_P or scene.accuracy.flow_dt_over_P, guarded=not args.unguarded
-    )
+    law, shape = law_of(scene, args), surface_of(scene, args)
     arrivals = arrivals_of(scene, args)
-    scene_hash = shots_leaving.scene_hash(scene)
-    report.update(scene_hash=scene_hash, seed=scene.seed, restitution=restitution)
-
-    material = build(plan.media[0], plan.target, *plan.laws, dt_s=plan.dt_s, sweep_m=0.5 * scene.shots.diameter_m)
-    writer = impact_writer(
-        args.out / "impacts.csv",
-        {"scene_hash": scene_hash, "model": "dem", "restitution": restitution, "dt_over_P": plan.dt_over_P},
-    )
-
-    def emit(rows):
-        writer.write((writer.rows_written + i, *row) for i, row in enumerate(rows))
-
-    target = PlaneTarget()
-    bodies, fleet = Bodies([material], target), Fleet()
-    logger = ImpactLogger(
-        emit, bodies, target, dt_s=plan.dt_s, speed_limit_m_s=SPEED_LIMIT * scene.nozzle.speed_m_s
-    )
-    stream = Stream(
-        scene,
+    decided = resolve_physics(scene).scene
+    dt_over_P = args.dt_over_P or scene.accuracy.flow_dt_over_P
+    plan = plan_run(decided, law, dt_over_P, guarded=not args.unguarded)
+    identity = {
+        "scene_hash": shots_leaving.scene_hash(scene),
+        "restitution": law.as_dict(),
+        "dt_over_P": plan.dt_over_P,
+        "arrivals": len(arrivals),
+        "jet_margin": args.jet_margin,
+    }
+    report.update(scene_hash=identity["scene_hash"], seed=scene.seed, restitution=law.as_dict())
+    FlowRun(
+        decided,
+        plan,
         arrivals,
-        (PlainSteps if args.plain else Leaps)(fleet, bodies, logger),
-        plan.dt_s,
-        **({} if args.jet_margin is None else {"jet_margin": args.jet_margin}),
-    )
-    flight_s = scene.nozzle.stand_off_m / scene.nozzle.speed_m_s
-    try:
-        simulate(stream, writer, float(arrivals["time_s"][-1]) + flight_s, flight_s)
-        checks = postflight(plan, stream)
-        report["checks"] = [row._asdict() for row in checks]
-        failed = [row for row in checks if not row.passed]
-        if failed:
-            raise FlowFailed("; ".join(f"{r.name}: {r.value:.6g}, limit {r.limit:.6g}" for r in failed))
-        writer.finish()
-    except BaseException:
-        writer.abandon()
-        raise
-    finally:
-        report.update(summary(plan, stream, writer.rows_written))
+        shape,
+        args.out,
+        identity,
+        plain=args.plain,
+        jet_margin=args.jet_margin,
+        checkpoint_s=args.checkpoint,
+        go_on=args.go_on,
+    ).run(report)
 
 
 def main() -> int:

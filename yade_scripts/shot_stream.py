@@ -14,7 +14,6 @@ from impact_logger import ImpactLogger
 # Shots are inserted this many (largest) diameters upstream of the exit plane, where rebounding shots are
 # dropped, so that no shot can appear inside one that leaves.
 INLET_DIAMETERS = 1.25
-DROPS_PER_FLIGHT = 20  # how often per flight of the stand-off the shots are looked through
 
 
 class Stream:
@@ -36,6 +35,7 @@ class Stream:
         self.dropped = dict.fromkeys((*jets.REASONS[1:], "inlet"), 0)
         self.never_struck = 0
         self.energy_in_J = self.energy_out_J = 0.0  # kinetic, of the shots fed and dropped
+        self.mass_in_kg = 0.0
         self.peak_live = 0
         speed = np.sqrt(sum(arrivals[c] ** 2 for c in ("vx_m_s", "vy_m_s", "vz_m_s")))
         lead_s = INLET_DIAMETERS * arrivals["diameter_m"].max(initial=0.0) / speed
@@ -59,8 +59,9 @@ class Stream:
         while (wait := self.steps_to_next()) is not None and wait <= 0:
             shot = Flying(self.arrivals[self.order[self.next]].item())
             self._clear_inlet(shot, now)
-            self.mover.add(shot)
             self.energy_in_J += shot.energy_J()
+            self.mass_in_kg += shot.mass
+            self.mover.add(shot)
             self.next += 1
         self.peak_live = max(self.peak_live, len(self.fleet.shots))
 
@@ -84,7 +85,7 @@ class Stream:
         if not fleet.shots:
             return
         now = self.logger.clock()
-        place, way, outside = fleet.at(now), fleet.vel, fleet.free.copy()
+        place, outside = fleet.at(now), fleet.free.copy()
         for row in self._rows(now):
             axis = np.array(row[3:6])
             off = place - np.array(row[:3])[:, None]
@@ -96,9 +97,8 @@ class Stream:
                 self._drop(shot, jets.REASONS[fate])
 
     def _rows(self, now: float) -> list[tuple]:
-        if self._moving or not self._jets[0]:
-            if self._jets[1] != now:
-                self._jets = self._jets_at(now), now
+        if self._jets[1] != now and (self._moving or not self._jets[0]):
+            self._jets = self._jets_at(now), now
         return self._jets[0]
 
     def _fate(self, shot: Flying, now: float) -> int:
@@ -112,10 +112,15 @@ class Stream:
         self.energy_out_J += shot.energy_J()
         self.mover.remove(shot)
 
-    def energy_left(self) -> float:
-        """Kinetic energy of all shots at their last free flight over what they left the nozzle with."""
-        return (self.energy_out_J + sum(s.energy_J() for s in self.fleet.shots)) / self.energy_in_J
+    def energy_left(self, work_J: float = 0.0) -> float:
+        """Kinetic energy of all shots at their last free flight over what they left the nozzle with.
+
+        ``work_J`` was done on them on the way.
+        """
+        left = self.energy_out_J + sum(s.energy_J() for s in self.fleet.shots)
+        return left / (self.energy_in_J + max(work_J, 0.0))
 
     def falling(self) -> int:
-        """Number of live shots that still fly towards the target or are in contact."""
-        return sum(1 for s in self.fleet.shots if s.open or s.vel[2] < 0.0)
+        """Number of live shots that are yet to strike the target or are in contact."""
+        now = self.logger.clock()
+        return sum(1 for s in self.fleet.shots if s.open or self.target.landing(s, now) < math.inf)

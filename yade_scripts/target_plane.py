@@ -38,3 +38,12 @@ class PlaneTarget:
     def under(self, place) -> tuple[tuple, tuple]:
         """(touched point, normal) of a shot that is at ``place`` and touches."""
         return (place[0], place[1], 0.0), UP
+
+    def expect(self, shot: Flying, now: float) -> None:
+        """The plane is there already (a curved target lays a facet, see ``target_curved.py``)."""
+
+    def support(self, shot: Flying, place, now: float) -> None:
+        """As ``expect``."""
+
+    def release(self, shot: Flying) -> None:
+        """As ``expect``."""

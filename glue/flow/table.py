@@ -31,22 +31,54 @@ class TableWriter:
 
     Unlike ``glue.atomic`` the ``.part`` stays when the writing program fails: hours of a simulation
     are worth reading (``read_table(..., allow_truncated=True)``), they just must not look whole.
+
+    ``resume``: (rows, bytes) from ``mark`` of an earlier writer. Its ``.part`` is cut there and written on.
+    Raises InputError when that is not possible.
     """
 
-    def __init__(self, path: Path, title: str, dtype: np.dtype, header: dict):
+    def __init__(
+        self,
+        path: Path,
+        title: str,
+        dtype: np.dtype,
+        header: dict,
+        *,
+        resume: tuple[int, int] | None = None,
+    ):
         self.path = Path(path)
         self.part = self.path.with_name(self.path.name + ".part")
         self.rows_written = 0
         self._format = ",".join("%d" if dtype[name].kind == "i" else "%.17g" for name in dtype.names) + "\n"
         self.path.parent.mkdir(parents=True, exist_ok=True)
         self.path.unlink(missing_ok=True)  # a failed run must not leave an older run's log behind
-        self._file = open(self.part, "w", encoding="utf-8", newline="")
         lines = [f"# {title}, schema {SCHEMA}"]
         lines += [
             f"# {key} = {json.dumps(value)}"
             for key, value in {"units": "SI, in the column names", **header}.items()
         ]
-        self._file.write("\n".join(lines) + "\n" + ",".join(dtype.names) + "\n")
+        start = "\n".join(lines) + "\n" + ",".join(dtype.names) + "\n"
+        if resume is None:
+            self._file = open(self.part, "w", encoding="utf-8", newline="")
+            self._file.write(start)
+        else:
+            self._reopen(start.encode(), *resume)
+
+    def _reopen(self, start: bytes, rows: int, size: int) -> None:
+        try:
+            with open(self.part, "r+b") as f:
+                whole = os.fstat(f.fileno()).st_size >= size >= len(start)
+                if not whole or f.read(len(start)) != start or size > 0 and _byte_at(f, size - 1) != b"\n":
+                    raise InputError(f"{self.part}: does not begin as the log to be continued does")
+                f.truncate(size)
+            self._file = open(self.part, "a", encoding="utf-8", newline="")
+        except OSError as e:
+            raise InputError(f"{self.part}: cannot be continued: {e.strerror}") from None
+        self.rows_written = rows
+
+    def mark(self) -> tuple[int, int]:
+        """(rows, bytes) written so far, handed to the operating system: where ``resume`` can go on."""
+        self.flush()
+        return self.rows_written, os.fstat(self._file.fileno()).st_size
 
     def write(self, rows) -> None:
         """Append ``rows``, an iterable of tuples in column order."""
@@ -69,6 +101,11 @@ class TableWriter:
     def abandon(self) -> None:
         """Close the file and leave it as ``.part``: truncated, but nothing computed is lost."""
         self._file.close()
+
+
+def _byte_at(file, place: int) -> bytes:
+    file.seek(place)
+    return file.read(1)
 
 
 def write_table(path: Path, title: str, array: np.ndarray, header: dict) -> None:

@@ -66,16 +66,6 @@ def scene_hash(scene: Scene) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def smallest_diameter_m(scene: Scene) -> float:
-    """Kept for callers that have not moved to ``scene.smallest_diameter_m``."""
-    return scene.smallest_diameter_m
-
-
-def largest_diameter_m(scene: Scene) -> float:
-    """Kept for callers that have not moved to ``scene.largest_diameter_m``."""
-    return scene.largest_diameter_m
-
-
 def draw_arrivals(scene: Scene) -> np.ndarray:
     """Shots leaving the nozzles in [0, exposure), sorted by time: structured (``COLUMNS``), shape (n,).
 

@@ -12,11 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from glue.errors import InputError
-from glue.flow.nozzle_draws import PLACE, Draw, leave, places_m, stream
+from glue.flow.nozzle_draws import PLACE, Draw, leave, places_m, stream, turned_m
 from glue.scene.model import Nozzle
 from glue.scene.sizes import CUT_SD
 
 MAX_ROUNDS = 1000  # of new places; a stream that needs them all is a solid bar, not a jet
+TURNING_ROUNDS = 50  # the first of them, in a Gaussian jet
 
 
 class Leaving(NamedTuple):
@@ -38,21 +39,21 @@ class Wait(NamedTuple):
 def place(draws: list[Draw], seed: int) -> list[Leaving]:
     """Give the shots of all nozzles their places and velocities; no two overlap.
 
-    Of two that overlap, the later is drawn again from its own nozzle's profile, with the same time, size and
-    speed.  Raises InputError when some find no room: the stream is too dense.
+    Of two that overlap, the later gets a new place, with the same time, size and speed: at 100 kg/min, 1 mm and
+    60 m/s in a 20 mm jet that are 4 % of the shots.  In an even jet it is any place, which leaves 1 % too many
+    shots in the outermost tenth of such a stream (none to see at 10 kg/min).  In a Gaussian one it would thin
+    the axis by 4 %; there a shot first keeps its distance from the axis and is turned about it.
+    Raises InputError when some find no room: the stream is too dense.
     """
     rngs = [stream(seed, PLACE, k) for k in range(len(draws))]
+    places = [places_m(rng, d.nozzle, len(d.time_s)) for d, rng in zip(draws, rngs)]
     leaving = [
-        Leaving(
-            d.time_s,
-            *leave(d.nozzle, d.aim_m, places_m(rng, d.nozzle, len(d.time_s)), d.speed_m_s),
-            d.diameter_m,
-        )
-        for d, rng in zip(draws, rngs)
+        Leaving(d.time_s, *leave(d.nozzle, d.aim_m, there, d.speed_m_s), d.diameter_m)
+        for d, there in zip(draws, places)
     ]
     waits = _waits(draws)
     moved = [np.arange(len(d.time_s)) for d in draws]
-    for _ in range(MAX_ROUNDS):
+    for number in range(MAX_ROUNDS):
         late = [[np.empty(0, np.int64)] for _ in draws]
         for (a, b), wait in waits.items():
             late[b].append(overlapping(leaving[a], leaving[b], wait, later_ids=moved[b]))
@@ -61,10 +62,11 @@ def place(draws: list[Draw], seed: int) -> list[Leaving]:
         moved = [np.unique(np.concatenate(found)) for found in late]
         if not any(len(ids) for ids in moved):
             return leaving
-        for d, rng, shots, ids in zip(draws, rngs, leaving, moved):
-            places = places_m(rng, d.nozzle, len(ids))
+        for d, rng, shots, there, ids in zip(draws, rngs, leaving, places, moved):
+            turn = d.nozzle.profile == "gaussian" and number < TURNING_ROUNDS
+            there[:, ids] = turned_m(rng, there[:, ids]) if turn else places_m(rng, d.nozzle, len(ids))
             shots.positions_m[:, ids], shots.velocities_m_s[:, ids] = leave(
-                d.nozzle, d.aim_m[:, ids], places, d.speed_m_s[ids]
+                d.nozzle, d.aim_m[:, ids], there[:, ids], d.speed_m_s[ids]
             )
     raise InputError(
         f"shot stream too dense: {sum(map(len, moved))} of {sum(len(d.time_s) for d in draws)} shots still overlap"

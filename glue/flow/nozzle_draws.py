@@ -165,6 +165,13 @@ def places_m(rng, nozzle: Nozzle, n: int) -> np.ndarray:
     return radius * unit * np.sqrt(np.array(wanted) / square)
 
 
+def turned_m(rng, places: np.ndarray) -> np.ndarray:
+    """``places`` (2, n) turned about the axis, each to a new direction."""
+    unit = _in_disc(rng, places.shape[1]).T
+    length = np.sqrt(unit[0] ** 2 + unit[1] ** 2)
+    return unit / np.maximum(length, 1e-300) * np.sqrt(places[0] ** 2 + places[1] ** 2)
+
+
 def _in_disc(rng, n: int) -> np.ndarray:
     """Uniform in the unit disc, shape (n, 2): by rejection, which needs no sine or square root."""
     points = np.empty((0, 2))

@@ -142,7 +142,8 @@ def test_known_first_arrival_of_seed_one(make_scene):
     """First exponential gap from its definition, so that a change of generator cannot pass unseen."""
     shots = arrivals.draw_arrivals(make_scene())
     u = np.random.Generator(np.random.PCG64(np.random.SeedSequence(1).spawn(3)[0])).random()
-    assert shots["time_s"][0] == -math.log1p(-u) / make_scene().shot_rate_1_s
+    scene = make_scene()
+    assert shots["time_s"][0] == -math.log1p(-u) / (scene.nozzle.mass_flow_kg_s / scene.shots.mean_mass_kg)
 
 
 def test_a_stream_that_cannot_be_drawn_is_told_beforehand(make_scene):

@@ -79,13 +79,15 @@ def impacts(pair: str, e: float, mu: float, speed: float, shot=STEEL, plate=ALUM
 
 
 def fitted(data: np.ndarray) -> np.ndarray:
-    """Shares at the knots (e, psi) by least squares of what the impacts gave below the last psi."""
+    """Shares at the knots (e, psi) by least squares; at the last psi Coulomb's, 1 / psi, so that nothing jumps."""
     psi = data["gt"] / (data["mu"] * (1.0 + data["e"]) * data["gn"])
     data, psi = data[psi < PSI_KNOTS[-1]], psi[psi < PSI_KNOTS[-1]]
     weights = hats(data["e"], E_KNOTS)[:, :, None] * hats(psi, PSI_KNOTS)[:, None, :]
     share = (data["vt"] - data["out"]) / data["gt"]
-    table = np.linalg.lstsq(weights.reshape(len(data), -1), share, rcond=None)[0]
-    return table.reshape(len(E_KNOTS), len(PSI_KNOTS))
+    sliding = 1.0 / PSI_KNOTS[-1]
+    left = share - sliding * weights[:, :, -1].sum(axis=1)
+    free = np.linalg.lstsq(weights[:, :, :-1].reshape(len(data), -1), left, rcond=None)[0]
+    return np.column_stack([free.reshape(len(E_KNOTS), -1), np.full(len(E_KNOTS), sliding)])
 
 
 def hats(x: np.ndarray, knots) -> np.ndarray:

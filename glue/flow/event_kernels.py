@@ -11,15 +11,14 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from numba import njit
-
 from glue.flow import drag, restitution, tangential
+from glue.flow.event_compile import part
 from glue.flow.event_state import SPOT_BUCKETS
 
-restitution_at = njit(restitution.restitution_at)
-hardened = njit(restitution.hardened)
-impulse_across = njit(tangential.impulse_across)
-slowed = njit(drag.slowed)
+restitution_at = part(restitution.restitution_at)
+hardened = part(restitution.hardened)
+impulse_across = part(tangential.impulse_across)
+slowed = part(drag.slowed)
 
 # A shot that gravity lets rise by less than this share of its radius after an impact has come to rest.
 REST_RISE = 1e-3
@@ -45,7 +44,7 @@ class Physics(NamedTuple):
     around: drag.Surroundings  # what the kicks bring
 
 
-@njit
+@part
 def advance_shot(shot, gravity, t):
     """Move the record ``shot`` along its free flight to time ``t``."""
     s = t - shot.since
@@ -59,7 +58,7 @@ def advance_shot(shot, gravity, t):
     shot.since = t
 
 
-@njit
+@part
 def meeting(a, b, gravity):
     """(time, overlap) of shots ``a`` and ``b``: time of their touch, inf if they never meet.
 
@@ -90,7 +89,7 @@ def meeting(a, b, gravity):
     return t + c / (math.sqrt(root2) - approach), 0.0
 
 
-@njit
+@part
 def energy(shot):
     """Kinetic energy of flight and spin [J]; a solid sphere's inertia is 2/5 m r^2."""
     v2 = shot.vx**2 + shot.vy**2 + shot.vz**2
@@ -98,7 +97,7 @@ def energy(shot):
     return 0.5 * shot.mass * (v2 + 0.4 * shot.radius**2 * w2)
 
 
-@njit
+@part
 def _impulse(slip, n, m, e, mu):
     """Impulse (x, y, z) [N s] on the body that the unit normal ``n`` points at.
 
@@ -116,7 +115,7 @@ def _impulse(slip, n, m, e, mu):
     return along * nx - across * tx, along * ny - across * ty, along * nz - across * tz
 
 
-@njit
+@part
 def _push(shot, px, py, pz, arm, n):
     """Give the shot an impulse p at the touched point ``arm`` times its radius along ``n`` from its centre."""
     nx, ny, nz = n
@@ -129,7 +128,7 @@ def _push(shot, px, py, pz, arm, n):
     shot.wz += k * (nx * py - ny * px)
 
 
-@njit
+@part
 def collide(a, b, e, mu):
     """Let touching shots collide; (relative gain of energy, relative change of momentum) should be <= 0, 0."""
     x, y, z = a.x - b.x, a.y - b.y, a.z - b.z
@@ -154,7 +153,7 @@ def collide(a, b, e, mu):
     return (energy(a) + energy(b) - before) / before, off / scale
 
 
-@njit
+@part
 def _momentum(a, b):
     return (
         a.mass * a.vx + b.mass * b.vx,
@@ -163,7 +162,7 @@ def _momentum(a, b):
     )
 
 
-@njit
+@part
 def strike(shot, n, e, mu):
     """Let a shot that touches the resting target bounce off its outward normal ``n``; relative gain of energy."""
     r = shot.radius
@@ -178,7 +177,7 @@ def strike(shot, n, e, mu):
     return (energy(shot) - before) / before
 
 
-@njit
+@part
 def on_spot(world, physics, x, y, z):
     """Number of earlier impacts within the spot around a touched point; the point then counts for later ones."""
     clock, edge = world.clock[0], physics.spot_radius_m
@@ -208,6 +207,6 @@ def on_spot(world, physics, x, y, z):
     return earlier
 
 
-@njit
+@part
 def _bucket(ix, iy, iz):
     return ((int(ix) * 92821 + int(iy)) * 92821 + int(iz)) & (SPOT_BUCKETS - 1)

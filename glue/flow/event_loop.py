@@ -6,12 +6,11 @@ meeting another shot, leaving its cell, kick.  Shots touch one another and the t
 
 from __future__ import annotations
 
-import hashlib
 import math
-from pathlib import Path
 
 from numba import njit
 
+from glue.flow.event_compile import part, sources
 from glue.flow.event_kernels import (
     REST_RISE,
     advance_shot,
@@ -28,7 +27,7 @@ from glue.flow.event_supply import admit, discard, sweep
 UNTIL, DONE, ROWS_FULL, SLOTS_FULL, BUDGET, LOST = 0, 1, 2, 3, 4, 5
 
 
-@njit
+@part
 def _run_until(
     world, grid, physics, surface, jet_rows, arrivals, enter_s, rows, stop_s, end_s, sweep_s, budget
 ):
@@ -64,7 +63,7 @@ def _run_until(
     return BUDGET
 
 
-@njit
+@part
 def handle(world, grid, physics, surface, arrivals, rows, i, t):
     """The event of shot ``i`` that is due at ``t``."""
     clock, shot = world.clock[0], world.shots[i]
@@ -93,7 +92,7 @@ def handle(world, grid, physics, surface, arrivals, rows, i, t):
         move(world, i, earliest(shot))
 
 
-@njit
+@part
 def meet(world, grid, physics, surface, i, j, t):
     """Shots ``i`` and ``j`` touch at ``t``."""
     clock, a, b = world.clock[0], world.shots[i], world.shots[j]
@@ -119,7 +118,7 @@ def meet(world, grid, physics, surface, i, j, t):
     move(world, j, earliest(b))
 
 
-@njit
+@part
 def impact(world, grid, physics, surface, arrivals, rows, i, t):
     """Shot ``i`` touches the target at ``t``; the impact becomes the next row."""
     clock, shot = world.clock[0], world.shots[i]
@@ -165,27 +164,14 @@ def impact(world, grid, physics, surface, arrivals, rows, i, t):
     move(world, i, earliest(shot))
 
 
-def _sources() -> int:
-    """A number that changes with any file that the kernel is made of."""
-    here = Path(__file__).parent
-    names = ("drag", "jets", "restitution", "tangential", "touch")
-    files = sorted(here.glob("event_*.py")) + [here / f"{name}.py" for name in names]
-    digest = hashlib.sha256(b"".join(file.read_bytes() for file in files)).digest()
-    return int.from_bytes(digest[:7], "big")
-
-
-def _cached(version: int):
-    """``_run_until``, kept on disk.
-
-    numba looks only at the file of the function it keeps, and would go on using a kernel whose parts have
-    changed in other files: hence ``version`` among what that function closes over, and none of the parts kept.
-    """
+def _cached(made_of: int):
+    """``_run_until``, kept on disk for these ``sources``."""
 
     @njit(cache=True)
     def run_until(
         world, grid, physics, surface, jet_rows, arrivals, enter_s, rows, stop_s, end_s, sweep_s, budget
     ):
-        if version < 0:
+        if made_of < 0:
             return -1
         return _run_until(
             world, grid, physics, surface, jet_rows, arrivals, enter_s, rows, stop_s, end_s, sweep_s, budget
@@ -194,4 +180,4 @@ def _cached(version: int):
     return run_until
 
 
-run_until = _cached(_sources())
+run_until = _cached(sources())

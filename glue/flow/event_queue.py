@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from glue.flow.event_compile import part
 
 
-@njit
+@part
 def insert(world, i, t):
     """Queue the shot in slot ``i`` under time ``t``."""
     n = world.clock[0].live
@@ -20,7 +20,7 @@ def insert(world, i, t):
     _rise(world, n)
 
 
-@njit
+@part
 def move(world, i, t):
     """Give the queued shot ``i`` another time."""
     at = world.shots[i].place
@@ -32,7 +32,7 @@ def move(world, i, t):
         _sink(world, at)
 
 
-@njit
+@part
 def remove(world, i):
     """Take shot ``i`` out of the queue."""
     at = world.shots[i].place
@@ -50,7 +50,7 @@ def remove(world, i):
         _sink(world, at)
 
 
-@njit
+@part
 def _rise(world, at):
     queue, times, shots = world.queue, world.queue_s, world.shots
     i, t = queue[at], times[at]
@@ -65,7 +65,7 @@ def _rise(world, at):
     shots[i].place = at
 
 
-@njit
+@part
 def _sink(world, at):
     queue, times, shots, n = world.queue, world.queue_s, world.shots, world.clock[0].live
     i, t = queue[at], times[at]
@@ -84,13 +84,13 @@ def _sink(world, at):
     shots[i].place = at
 
 
-@njit
+@part
 def _index(x, x0, dx, n):
     at = (x - x0) / dx
     return 0 if at < 1.0 else n - 1 if at >= n - 1.0 else int(at)
 
 
-@njit
+@part
 def enter_cell(world, grid, i):
     """Put shot ``i`` into the list of the cell where it is."""
     shot = world.shots[i]
@@ -100,7 +100,7 @@ def enter_cell(world, grid, i):
     link(world, grid, i)
 
 
-@njit
+@part
 def link(world, grid, i):
     """Put shot ``i`` first into the list of the cell that it names."""
     shot = world.shots[i]
@@ -112,7 +112,7 @@ def link(world, grid, i):
     world.cells[cell] = i
 
 
-@njit
+@part
 def unlink(world, grid, i):
     """Take shot ``i`` out of its cell's list."""
     shot = world.shots[i]
@@ -124,37 +124,36 @@ def unlink(world, grid, i):
         world.cells[(shot.cz * grid.ny + shot.cy) * grid.nx + shot.cx] = shot.following
 
 
-@njit
-def cell_exit(world, grid, gravity, i, now):
-    """(time, axis, step) at which shot ``i`` leaves its cell after ``now``; time inf if it never does.
+@part
+def plan_exit(shot, grid, gravity, now):
+    """Set when and where the shot leaves its cell after ``now``; t_cell is inf if it never does.
 
     Which cell a shot is in decides who is looked at, never what happens: rounding does no harm here, since
     cells are wider than shots.
     """
-    shot = world.shots[i]
     s = now - shot.since
     t, axis, step = math.inf, 0, 0
     if grid.nx > 1:
-        t, axis, step = _sooner(
-            t, axis, step, 0, shot.x, shot.vx, gravity[0], s, grid.x0, grid.dx, shot.cx, grid.nx
-        )
+        low, high = _edges(grid.x0, grid.dx, shot.cx, grid.nx)
+        t, axis, step = _sooner(t, axis, step, 0, shot.x, shot.vx, gravity[0], s, low, high)
     if grid.ny > 1:
-        t, axis, step = _sooner(
-            t, axis, step, 1, shot.y, shot.vy, gravity[1], s, grid.y0, grid.dy, shot.cy, grid.ny
-        )
+        low, high = _edges(grid.y0, grid.dy, shot.cy, grid.ny)
+        t, axis, step = _sooner(t, axis, step, 1, shot.y, shot.vy, gravity[1], s, low, high)
     if grid.nz > 1:
-        t, axis, step = _sooner(
-            t, axis, step, 2, shot.z, shot.vz, gravity[2], s, grid.z0, grid.dz, shot.cz, grid.nz
-        )
-    return now + t, axis, step
+        low, high = _edges(grid.z0, grid.dz, shot.cz, grid.nz)
+        t, axis, step = _sooner(t, axis, step, 2, shot.z, shot.vz, gravity[2], s, low, high)
+    shot.t_cell, shot.exit_axis, shot.exit_step = now + t, axis, step
 
 
-@njit
-def _sooner(best, best_axis, best_step, axis, x, v, g, s, x0, dx, cell, n):
-    """The sooner of ``best`` and leaving cell ``cell`` along one axis, with (axis, step); durations from now."""
+@part
+def _edges(x0, dx, cell, n):
+    return x0 + cell * dx if cell > 0 else -math.inf, x0 + (cell + 1) * dx if cell < n - 1 else math.inf
+
+
+@part
+def _sooner(best, best_axis, best_step, axis, x, v, g, s, low, high):
+    """The sooner of ``best`` and leaving [low, high] along one axis, with (axis, step); durations from now."""
     x, v = x + (v + 0.5 * g * s) * s, v + g * s
-    low = x0 + cell * dx if cell > 0 else -math.inf
-    high = x0 + (cell + 1) * dx if cell < n - 1 else math.inf
     up = _reach(max(high - x, 0.0), v, g)
     down = _reach(max(x - low, 0.0), -v, -g)
     if up < best:
@@ -164,7 +163,7 @@ def _sooner(best, best_axis, best_step, axis, x, v, g, s, x0, dx, cell, n):
     return best, best_axis, best_step
 
 
-@njit
+@part
 def _reach(gap, v, g):
     """Time until ``gap`` >= 0 is flown outwards at v + g t; starting on the edge counts only when v > 0."""
     if gap == math.inf:

@@ -10,14 +10,13 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from glue.flow.event_compile import part
 from glue.flow.event_kernels import advance_shot, meeting, slowed
-from glue.flow.event_queue import cell_exit, link, unlink
+from glue.flow.event_queue import link, plan_exit, unlink
 from glue.flow.event_surface import foresee_touch
 
 
-@njit
+@part
 def halt(shot, physics, t):
     """Bring the record to time ``t``, with the true velocity."""
     advance_shot(shot, physics.gravity, t)
@@ -26,7 +25,7 @@ def halt(shot, physics, t):
         shot.exact_at = t
 
 
-@njit
+@part
 def launch(shot, physics):
     """Begin a free flight: with kicks, at the velocity that it will have half an interval on."""
     if physics.kick_s < math.inf:
@@ -35,7 +34,7 @@ def launch(shot, physics):
         shot.t_kick = shot.since + physics.kick_s
 
 
-@njit
+@part
 def drag_over(shot, physics, tau):
     shot.vx, shot.vy, shot.vz = slowed(
         shot.vx,
@@ -48,23 +47,23 @@ def drag_over(shot, physics, tau):
     )
 
 
-@njit
+@part
 def earliest(shot):
     return min(min(shot.t_surface, shot.t_pair), min(shot.t_cell, shot.t_kick))
 
 
-@njit
+@part
 def foresee(world, grid, physics, surface, i, t):
     """All that waits for shot ``i``, whose flight changed just now."""
     shot = world.shots[i]
     shot.stamp += 1
     foresee_touch(surface, shot, physics.gravity)
     shot.t_pair = math.inf
-    shot.t_cell = cell_exit(world, grid, physics.gravity, i, t)[0]
+    plan_exit(shot, grid, physics.gravity, t)
     look_around(world, grid, physics, i, t, 1, 1, 1, 0, 0, 0)
 
 
-@njit
+@part
 def look_around(world, grid, physics, i, t, wide_x, wide_y, wide_z, ahead_x, ahead_y, ahead_z):
     """Keep the soonest meeting of shot ``i`` with those in the cells within wide of the one ahead of its own."""
     shots, cells, gravity = world.shots, world.cells, physics.gravity  # taken out once: it costs in the loop
@@ -86,11 +85,11 @@ def look_around(world, grid, physics, i, t, wide_x, wide_y, wide_z, ahead_x, ahe
                     j = other.following
 
 
-@njit
+@part
 def cross(world, grid, physics, i, t):
     """Shot ``i`` goes over into the next cell and looks at those that come within reach."""
     shot = world.shots[i]
-    _, axis, step = cell_exit(world, grid, physics.gravity, i, t)
+    axis, step = shot.exit_axis, shot.exit_step
     unlink(world, grid, i)
     if axis == 0:
         shot.cx += step
@@ -99,7 +98,7 @@ def cross(world, grid, physics, i, t):
     else:
         shot.cz += step
     link(world, grid, i)
-    shot.t_cell = cell_exit(world, grid, physics.gravity, i, t)[0]
+    plan_exit(shot, grid, physics.gravity, t)
     if shot.t_pair < math.inf and world.shots[shot.partner].stamp != shot.partner_stamp:
         world.clock[0].void += 1
         shot.t_pair = math.inf

@@ -13,25 +13,31 @@ import numpy as np
 
 REAL, INTEGER = "f8", "i8"
 SHOT = np.dtype(
-    # the first eight fill one cache line: all that the search for partners reads
+    # all that the search for partners reads stands first, together
     [(name, REAL) for name in ("x", "y", "z", "vx", "vy", "vz", "since", "radius")]
+    + [
+        (name, INTEGER)
+        for name in (
+            "following",  # in the list of its cell
+            "stamp",  # rises with every change of flight: a partner whose stamp moved on flies otherwise by now
+            "partner",
+            "partner_stamp",
+            *("cx", "cy", "cz", "preceding"),  # cell, and the shot before it in the cell's list
+        )
+    ]
+    + [(name, REAL) for name in ("t_surface", "t_pair", "t_cell", "t_kick")]
+    + [(name, INTEGER) for name in ("exit_axis", "exit_step")]  # how it leaves its cell at t_cell
+    + [
+        (name, INTEGER)
+        for name in ("place", "arrival", "collisions", "impacts")  # in the queue, -1 for an empty slot
+    ]
     + [
         (name, REAL)
         for name in (
             *("wx", "wy", "wz", "mass"),
             "exact_at",  # with kicks: the time at which (vx, vy, vz) is the true velocity
             "touched",  # time of the latest contact
-            *("t_surface", "t_pair", "t_cell", "t_kick"),
             *("nx", "ny", "nz"),  # outward normal where it will touch the target
-        )
-    ]
-    + [
-        (name, INTEGER)
-        for name in (
-            *("stamp", "partner", "partner_stamp"),  # a partner whose stamp moved on flies otherwise by now
-            *("cx", "cy", "cz", "following", "preceding"),  # cell, and the shots beside it in the cell's list
-            "place",  # in the queue, -1 for an empty slot
-            *("arrival", "collisions", "impacts"),
         )
     ]
 )

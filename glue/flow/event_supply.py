@@ -7,17 +7,16 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from glue.flow import jets
+from glue.flow.event_compile import part
 from glue.flow.event_kernels import advance_shot, energy
 from glue.flow.event_queue import enter_cell, insert, move, remove, unlink
 from glue.flow.event_search import earliest, foresee, launch
 
-fate = njit(jets.fate)
+fate = part(jets.fate)
 
 
-@njit
+@part
 def admit(world, grid, physics, surface, arrival, t):
     """The next shot enters, where its free flight through its exit plane has it at ``t``."""
     clock = world.clock[0]
@@ -45,7 +44,7 @@ def admit(world, grid, physics, surface, arrival, t):
     clock.peak = max(clock.peak, clock.live)
 
 
-@njit
+@part
 def _clear_inlet(world, grid, physics, i, t):
     """Drop what blocks the place of the entering shot ``i``: shots thrown back that have not left yet."""
     shot, clock = world.shots[i], world.clock[0]
@@ -73,7 +72,7 @@ def _clear_inlet(world, grid, physics, i, t):
                     j = after
 
 
-@njit
+@part
 def discard(world, grid, i):
     """Take shot ``i`` out of the simulation."""
     clock, shot = world.clock[0], world.shots[i]
@@ -86,7 +85,7 @@ def discard(world, grid, i):
     clock.free += 1
 
 
-@njit
+@part
 def sweep(world, grid, physics, surface, jet_rows, t, end_s):
     """Drop the shots that can no longer matter and look over the others; False if one is lost."""
     clock = world.clock[0]

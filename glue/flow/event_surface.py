@@ -10,15 +10,15 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from glue.flow import touch
+from glue.flow.event_compile import part
 from glue.flow.surface import CYLINDER, PLANE, TargetSurface
 
-touch_cylinder = njit(touch.touch_cylinder)
-touch_face = njit(touch.touch_face)
-touch_edge = njit(touch.touch_edge)
-touch_corner = njit(touch.touch_corner)
+touch_cylinder = part(touch.touch_cylinder)
+touch_face = part(touch.touch_face)
+touch_edge = part(touch.touch_edge)
+touch_corner = part(touch.touch_corner)
 
 
 class Shape(NamedTuple):
@@ -75,7 +75,7 @@ def _padded(lists) -> np.ndarray:
     return out
 
 
-@njit
+@part
 def foresee_touch(shape, shot, gravity):
     """Set the time at which ``shot`` touches the target next (inf: never) and the outward normal there."""
     if shape.kind == 0:
@@ -92,7 +92,7 @@ def foresee_touch(shape, shot, gravity):
     shot.nx, shot.ny, shot.nz = hit[4], hit[5], hit[6]
 
 
-@njit
+@part
 def plane_time(shot, gravity):
     """Time at which the shot touches the plane z = 0 from above, inf if it never does."""
     gap, v, g = max(shot.z - shot.radius, 0.0), shot.vz, gravity[2]
@@ -104,7 +104,7 @@ def plane_time(shot, gravity):
     return shot.since + (v + math.sqrt(root2)) / -g if g < 0.0 else math.inf
 
 
-@njit
+@part
 def _touch_triangles(shape, shot):
     px, py, pz, vx, vy, vz, r = shot.x, shot.y, shot.z, shot.vx, shot.vy, shot.vz, shot.radius
     best = (math.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

@@ -62,7 +62,7 @@ class FlowRun:
             )
         self.plan, self.out, self.identity, self.every = plan, out, identity, checkpoint_s
         self.file = None if plain or checkpoint_s is None else out / "flow.checkpoint.npz"
-        self.begun = time.monotonic()
+        self.begun, self._begun_cpu = time.monotonic(), time.process_time()
         made_of = build_media(
             plan.media,
             plan.target,
@@ -198,4 +198,5 @@ class FlowRun:
             "shot_shot_collisions": logger.collisions,
             "top_speed_m_s": logger.top_speed,
             "stepping_wall_s": self.wall_s(),
+            "stepping_cpu_s": time.process_time() - self._begun_cpu,  # since the last start
         }

@@ -19,7 +19,7 @@ from glue.flow import drag, restitution, tangential
 from glue.flow.event_surface import foresee_touch, shape_of
 from glue.flow.impacts import COLUMNS, stream_numbers
 from glue.flow.restitution import RestitutionLaw
-from glue.flow.surface import TargetSurface
+from glue.flow.surface import PLANE, TargetSurface
 
 # A bent flight is followed in stretches; on each the speed changes by at most this much, and the path leaves
 # the straight line by at most this many diameters. The velocity is exact at any length, the way right to
@@ -88,6 +88,8 @@ def run_ballistic(
         impacts["n" + axis] = shots["n" + axis]
         impacts[f"{axis}_m"] = shots[axis] - shots["radius"] * shots["n" + axis]
         impacts[f"v{axis}_in_m_s"] = shots["v" + axis]
+    if surface.kind == PLANE:
+        impacts["z_m"] = 0.0  # without the rounding of the way
     e = _restitution(law, impacts)
     out = _rebounds(shots, e, float(scene.friction.shot_target))
     for i, axis in enumerate(_AXES):

@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from glue.report import figures, jets, section
+from glue.report import figures, section
+from glue.report.jets import jets_of
 from glue.scene.model import Scene
 from glue.study.results import load_impacts
 from glue.surface.coverage import dimple_semi_axes
@@ -47,7 +48,7 @@ def _impacts(path, run, scene, dimple) -> Figure:
     impacts = load_impacts(run, scene)
     figures.impact_map(
         path, impacts["x_m"], impacts["y_m"], *dimple_semi_axes(dimple, impacts), impacts["time_s"],
-        scene.target.window_m, *jets.outlines(scene),
+        scene.target.window_m, jets_of(scene),
     )  # fmt: skip
     text = "Every logged impact with its dimple to scale, and the window."
     if any(nozzle.feed for nozzle in scene.nozzles):
@@ -59,9 +60,10 @@ def _impacts(path, run, scene, dimple) -> Figure:
 
 def _coverage(path, run, scene, dimple, metrics) -> Figure:
     table = _columns(run / "coverage.csv")
-    # scatter of one window's coverage: exact for discs of one size, so drawn with the nominal radius
-    radius, window = dimple.radius_m, scene.target.window_m
-    wide_enough = 2 * radius <= min(window)
+    # scatter of one window's coverage: exact for the impacts' own mixture of sizes where they fall evenly
+    window, sizes = scene.target.window_m, dimple_semi_axes(dimple, load_impacts(run, scene))[1]
+    radius = np.quantile(sizes, (np.arange(16) + 0.5) / 16) if sizes.size else dimple.radius_m
+    wide_enough = 2 * np.max(radius) <= min(window)
     levels = np.minimum(table["avrami"], 1 - 1e-12)
     figures.coverage_plot(
         path, table["time_s"], table["coverage"], table["avrami"],

@@ -33,12 +33,12 @@ STYLE = {
 
 
 def impact_map(
-    path: Path, x_m, y_m, semi_major_m, semi_minor_m, azimuth_rad, time_s, window_m, footprints_m, paths_m=()
+    path: Path, x_m, y_m, semi_major_m, semi_minor_m, azimuth_rad, time_s, window_m, jets_m
 ) -> Path:
     """Dimples to scale where the jets strike and in the window, coloured by the time of impact.
 
-    All columns (n,); window_m: (width, height); footprints_m: closed outlines of the jets' footprints, each
-    (k, 2), a travelling jet's where it starts; paths_m: the ways of travelling jets' aim points, each (k, 2).
+    All columns (n,); window_m: (width, height); jets_m: for each jet the closed outline (k, 2) of what it
+    strikes (where it starts), and None or the way (k, 2) that its aim point travels.
     """
     from matplotlib.patches import Rectangle
     from matplotlib.ticker import MaxNLocator
@@ -46,28 +46,32 @@ def impact_map(
     columns = (x_m, y_m, semi_major_m, semi_minor_m, azimuth_rad, time_s)
     x, y, major, minor, azimuth, time = (np.asarray(c, dtype=float) for c in columns)
     width, height = (1e3 * side for side in window_m)
-    outlines = [1e3 * np.asarray(outline, dtype=float) for outline in footprints_m]
-    ways = [1e3 * np.asarray(way, dtype=float) for way in paths_m]
+    jets = [(1e3 * np.asarray(outline), None if way is None else 1e3 * np.asarray(way)) for outline, way in jets_m]
+    travelling = any(way is not None for _, way in jets)
     with styled_figure(path, (11.5, 5.6)) as figure:
         whole, zoom = figure.subplots(1, 2)
         for axes in (whole, zoom):
             dimples = _ellipses(axes, 1e3 * x, 1e3 * y, 1e3 * major, 1e3 * minor, azimuth, time)
             axes.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]")
             axes.grid(False)
-        for outline in outlines:
+        corner = np.array([[width, height]]) / 2
+        seen = [corner, -corner]
+        for outline, way in jets:
             whole.plot(*outline.T, color=GREY, ls=(0, (5, 3)), lw=1.5)
-        for way in ways:
+            seen.append(outline)
+            if way is None:
+                continue
+            seen += [outline + (place - way[0]) for place in way]
             whole.plot(*way.T, color="#202020", lw=1.2)
             whole.plot(*way[0], "o", color="#202020", ms=5)
             whole.annotate("", way[-1], way[-2], arrowprops={"arrowstyle": "-|>", "color": "#202020", "lw": 1.2})
         whole.add_patch(Rectangle((-width / 2, -height / 2), width, height, fill=False, ec=RED, lw=2.0))
-        corner = np.array([[width, height]]) / 2
-        middle, reach = _square(np.concatenate([corner, -corner, *outlines, *ways]))
-        jets = f"jet{'s' if len(outlines) > 1 else ''} (dashed{', from its start' if ways else ''})"
+        middle, reach = _square(np.concatenate(seen))
+        dashed = f"jet{'s' if len(jets) > 1 else ''} (dashed{', at the start' if travelling else ''})"
         whole.set(
             xlim=(middle[0] - reach, middle[0] + reach),
             ylim=(middle[1] - reach, middle[1] + reach),
-            title=f"{x.size} impacts; {jets}, window (red)",
+            title=f"{x.size} impacts; {dashed}, window (red)",
         )
         for axis in (whole.xaxis, whole.yaxis):
             axis.set_major_locator(MaxNLocator(6, integer=True))

@@ -11,11 +11,12 @@ from glue.scene.model import Nozzle, Scene
 _POINTS = 121
 
 
-def outlines(scene: Scene) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """(footprint of every nozzle where it starts, way of every one that travels): each (k, 2) [m] on z = 0."""
-    footprints = [footprint(nozzle) for nozzle in scene.nozzles]
-    ways = [way(nozzle, scene.exposure_time_s) for nozzle in scene.nozzles if nozzle.feed is not None]
-    return footprints, ways
+def jets_of(scene: Scene) -> list[tuple[np.ndarray, np.ndarray | None]]:
+    """(footprint where it starts, way of its aim point or None) of every nozzle, each (k, 2) [m] on z = 0."""
+    return [
+        (footprint(nozzle), None if nozzle.feed is None else way(nozzle, scene.exposure_time_s))
+        for nozzle in scene.nozzles
+    ]
 
 
 def footprint(nozzle: Nozzle, time_s: float = 0.0) -> np.ndarray:

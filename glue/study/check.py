@@ -24,6 +24,7 @@ from glue.study.coverage_stage import refuse_window
 from glue.study.exposure import expected_hits, mean_square_diameter_m2
 from glue.study.flow_stage import refuse_flow, restitution_estimate
 from glue.study.pipeline import choices, default_out
+from glue.study.reference import reference_impact
 
 # YADE crosses free flight in one step and takes small ones only around contacts: so many per contact at
 # dt = 1 P, each so long on one core with what the logger adds (468 000 steps for 15 900 contacts in 13.6 s).
@@ -46,18 +47,20 @@ def check(scene: Scene, scene_file: Path | None = None) -> dict:
     else:
         refuse_flow(scene, scene_file)
         refuse_window(scene, scene_file)
-    shots, nozzle, target = scene.shots, scene.nozzle, scene.target
+    (nozzle, shots), target = reference_impact(scene), scene.target
     e, source = restitution_estimate(scene)
     physics = resolve_physics(scene)
     flow = choose_flow(scene, e)
     areas = _dimple_areas_m2(scene)
     hits = expected_hits(scene, areas)
     exposure = float(hits.hits[-1].mean())
-    radius = estimated_dimple_radius_m(shots, nozzle.normal_speed_m_s, target.material)
+    normal_speed = nozzle.normal_speed_m_s * _speed_kept(scene, nozzle, shots)
+    radius = estimated_dimple_radius_m(shots, normal_speed, target.material)
+    cell_radius = estimated_dimple_radius_m(shots, nozzle.normal_speed_m_s, target.material)
     half = [0.5 * side for side in target.window_m]
     in_window = expected_impacts(scene, -half[0], half[0], -half[1], half[1])
     per_area = in_window / target.window_area_m2
-    in_cell = per_area * (scene.accuracy.cell_side_in_radii * radius) ** 2
+    in_cell = per_area * (scene.accuracy.cell_side_in_radii * cell_radius) ** 2
     return {
         "name": scene.name,
         "run_directory": str(default_out(scene)),

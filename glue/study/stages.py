@@ -11,6 +11,7 @@ from glue.meshes import write_triangles
 from glue.solvers import build_plugin
 from glue.study.coverage_stage import coverage_stage, refuse_window
 from glue.study.flow_stage import flow_solvers, flow_stage, refuse_flow
+from glue.study.reference import reference_impact
 from glue.study.results import load_dimple, load_impacts, plain, write_columns
 from glue.study.stage import Stage, Work
 from glue.study.unpeened import impacts_to_solve, unpeened
@@ -26,9 +27,9 @@ ABSURD_STRAIN = 1.0
 
 
 def dimple_stage(work: Work) -> tuple[dict, list[str]]:
-    """One shot of the leading medium at the first nozzle's normal speed into the flat target."""
+    """One shot at nominal normal speed into the flat target: the one with the largest dimple where they differ."""
     ready_kernels()
-    nozzle, shots = work.scene.nozzle, work.scene.shots
+    nozzle, shots = reference_impact(work.scene)
     dimple = solve_dimple(
         work.scene.target.material,
         speed_m_s=nozzle.normal_speed_m_s,
@@ -160,6 +161,7 @@ STAGES = (
             "glue/target/*.py",
             "glue/theory/*.py",
             "glue/meshes.py",
+            "glue/study/reference.py",
             *_AXISYM,
             *_KERNELS,
         ),

@@ -44,7 +44,7 @@ def test_every_plain_figure_is_written_whole(tmp_path):
     roughness = {"Sa_m": 1e-5, "Sz_m": 1e-4, "Ssk": None}
     spread = {"sigma_xx_std_Pa": np.abs(sigma) / 9, "peeq": depth}
     drawn = [
-        figures.impact_map(tmp_path / "a.png", x, y, 2 * axes, axes, t, t, (4e-3, 3e-3), [ring], [ring[:9]]),
+        figures.impact_map(tmp_path / "a.png", x, y, 2 * axes, axes, t, t, (4e-3, 3e-3), [(ring, None), (ring, ring[:9])]),
         figures.coverage_plot(
             tmp_path / "b.png", time, expected, expected, avrami_sd=0.1 * time, time_98_s=2.5
         ),

@@ -102,12 +102,18 @@ def kept_tangential_speed(nozzle: Nozzle, restitution: float, friction: float) -
 def meetings_1_s(
     a: Cloud, b: Cloud, cross_section_m2: float, relative_speed_m_s: float | None = None
 ) -> float:
-    """Expected collisions per second between the shots of two clouds; their own velocities unless told otherwise."""
+    """Expected collisions per second between the shots of two clouds; their own velocities unless told otherwise.
+
+    Two shots touch on average 2/3 d before their centres would pass each other, when a rebound must already
+    have left the target: so much of the height above it does not count, a few d / W of all at oblique angles.
+    """
     if relative_speed_m_s is None:
         relative_speed_m_s = float(np.linalg.norm(a.velocity_m_s - b.velocity_m_s))
     if relative_speed_m_s == 0.0:
         return 0.0
-    z, dz = _common_heights(a, b)
+    early_s = 2.0 / 3.0 * math.sqrt(cross_section_m2 / math.pi) / relative_speed_m_s
+    rising_m_s = max(a.velocity_m_s[2], b.velocity_m_s[2], 0.0)
+    z, dz = _common_heights(a, b, rising_m_s * early_s)
     if dz == 0.0:
         return 0.0
     u, share = _disc(a.nozzle.profile)
@@ -138,10 +144,10 @@ def _axes(nozzle: Nozzle) -> tuple[np.ndarray, np.ndarray]:
     return np.array([math.cos(p), math.sin(p)]), np.array([-math.sin(p), math.cos(p)])
 
 
-def _common_heights(a: Cloud, b: Cloud) -> tuple[np.ndarray, float]:
-    """Midpoints (n,) of the heights at which the clouds can overlap, and their spacing (0: none)."""
+def _common_heights(a: Cloud, b: Cloud, lowest_m: float) -> tuple[np.ndarray, float]:
+    """Midpoints (n,) of the heights from ``lowest_m`` up at which the clouds can overlap, their spacing (0: none)."""
     top = min(_top_m(a), _top_m(b))
-    edges = np.linspace(0.0, top, 1025)
+    edges = np.linspace(min(lowest_m, top), top, 1025)
     apart = np.linalg.norm(a.centre_m(edges) - b.centre_m(edges), axis=1)
     near = np.flatnonzero(apart < a.semi_axes_m(edges).max(axis=1) + b.semi_axes_m(edges).max(axis=1))
     if not len(near):

@@ -37,11 +37,14 @@ class Contact:
         self.shots, self.on_target = shots, on_target
         self.peak = 0.0
 
-    def sample(self) -> None:
-        """Take the normal force of this step into the peak: YADE keeps elastic part and dashpot apart."""
+    def sample(self) -> bool:
+        """Take the normal force of this step into the peak: YADE keeps elastic part and dashpot apart.
+
+        True while it is (nearly) the largest yet: the force of a contact left to itself then only falls.
+        """
         force = (self.phys.normalForce - self.phys.normalViscous).norm()
-        if force > self.peak:
-            self.peak = force
+        self.peak = max(self.peak, force)
+        return force >= 0.95 * self.peak
 
 
 class ImpactLogger:
@@ -70,7 +73,7 @@ class ImpactLogger:
         self._before: dict[int, tuple[float, tuple]] = {}
         self._after: dict[int, tuple[float, tuple]] = {}
         self._target_touched = False
-        self._watched: list[Flying] = []  # in contact with a shot while near the target
+        self.watched: list[Flying] = []  # in contact with a shot while near the target
 
     def clock(self) -> float:
         return self.step * self.dt
@@ -86,9 +89,27 @@ class ImpactLogger:
         for contact in self.open.values():
             if contact.on_target:
                 contact.sample()
-        for shot in self._watched:
+        for shot in self.watched:
             shot.before = self.bodies.motion(shot)
         return changed
+
+    def follow_one(self, stop: int) -> None:
+        """Make the steps up to ``stop`` while the only open contact stays that, the bulk of all steps."""
+        (contact,) = self.open.values()
+        step, count, interaction, sample = O.step, O.interactions.countReal, contact.interaction, contact.sample
+        rising = contact.on_target
+        now = begun = self.step
+        while now < stop:
+            step()
+            now += 1
+            if count() != 1 or not interaction.isReal:
+                break
+            if rising:
+                rising = sample()
+        self.step = now
+        self.executed += now - begun
+        if not (count() == 1 and interaction.isReal):
+            self.after_step()
 
     def look(self) -> None:
         """Compare the open contacts with YADE's, which are another set than before the last step."""
@@ -102,7 +123,7 @@ class ImpactLogger:
         # targets first: a collision that begins in the same step has had no time to change the velocity
         for key in sorted(real.keys() - self.open.keys()):
             self.open[key] = self._begin(key, real[key], now)
-        self._watched = [
+        self.watched = [
             shot
             for c in self.open.values()
             if not c.on_target

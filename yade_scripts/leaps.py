@@ -92,22 +92,19 @@ class Leaps:
     def _run(self, stop: int) -> None:
         """Step until ``stop`` or until contacts begin or end."""
         log, step, count = self.logger, O.step, O.interactions.countReal
-        begun = log.step
-        try:
-            if not log.open:
-                while log.step < stop:
-                    step()
-                    log.step += 1
-                    if count():
-                        log.after_step()
-                        return
-            while log.step < stop:
-                step()
-                log.step += 1
+        if len(log.open) == 1 and not log.watched:
+            log.follow_one(stop)
+            return
+        now = begun = log.step
+        while now < stop:
+            step()
+            now += 1
+            if log.open or count():
+                log.step = now
                 if log.after_step():
-                    return
-        finally:
-            log.executed += log.step - begun
+                    break
+        log.step = now
+        log.executed += now - begun
 
     def _gather(self) -> None:
         """Put every free shot that could reach an open contact within ``WATCH_STEPS`` into YADE."""

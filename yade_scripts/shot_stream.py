@@ -86,12 +86,14 @@ class Stream:
             return
         now = self.logger.clock()
         place, outside = fleet.at(now), fleet.free.copy()
+        rising = self.target.leaving(fleet.vel)
         for row in self._rows(now):
             axis = np.array(row[3:6])
             off = place - np.array(row[:3])[:, None]
             s = axis @ off
             off2 = np.einsum("ij,ij->j", off, off) - s * s
-            outside &= (off2 > np.maximum(row[6] + s * row[7], 0.0) ** 2) | (s < 0.0) | (s > row[9])
+            beside = (off2 > np.maximum(row[6] + s * row[7], 0.0) ** 2) | (s < 0.0) | (s > row[9])
+            outside &= beside & (rising | (off2 > row[8] ** 2))
         for shot in [fleet.shots[i] for i in outside.nonzero()[0].tolist()]:
             if fate := self._fate(shot, now):
                 self._drop(shot, jets.REASONS[fate])

@@ -84,6 +84,10 @@ class CurvedTarget:
         """When the flying shot touches the target [s], infinity when it does not."""
         return self._strike(shot)[0]
 
+    def leaving(self, vel):
+        """Which of the velocities (3, n) may be of shots that strike no more: any."""
+        return vel[2] == vel[2]
+
     def near(self, place, distance_m: float) -> bool:
         return self.surface.clearance(place) < distance_m
 

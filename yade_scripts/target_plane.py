@@ -21,6 +21,10 @@ class PlaneTarget:
 
     landing = staticmethod(landing_time_s)
 
+    def leaving(self, vel):
+        """Which of the velocities (3, n) may be of shots that strike no more, (n,) bool; at least all that are."""
+        return vel[2] >= 0.0
+
     def near(self, place, distance_m: float) -> bool:
         """Is the point within ``distance_m`` of the surface?"""
         return place[2] < distance_m

@@ -15,7 +15,8 @@ import numpy as np
 from numba import njit
 from scipy.spatial import cKDTree
 
-from glue.flow import drag, restitution, tangential
+from glue.flow import drag, tangential
+from glue.flow.event_compile import part, sources
 from glue.flow.event_surface import foresee_touch, shape_of
 from glue.flow.impacts import COLUMNS, stream_numbers
 from glue.flow.restitution import RestitutionLaw
@@ -49,11 +50,10 @@ _FLYING = np.dtype(
     ]
 )
 
-slowed = njit(cache=True)(drag.slowed)
-restitution_at = njit(cache=True)(restitution.restitution_at)
-impulse_across = njit(cache=True)(tangential.impulse_across)
-slip_on_target = njit(cache=True)(tangential.slip_on_target)
-change_on_target = njit(cache=True)(tangential.change_on_target)
+slowed = part(drag.slowed)
+impulse_across = part(tangential.impulse_across)
+slip_on_target = part(tangential.slip_on_target)
+change_on_target = part(tangential.change_on_target)
 
 
 def run_ballistic(
@@ -73,7 +73,7 @@ def run_ballistic(
     longest = LONGEST_FLIGHT * max(n.stand_off_m / n.speed_m_s for n in scene.nozzles)
     stretch = drag.kick_interval_s(scene, STRETCH_LOSS, STRETCH_BEND)
     around = drag.Surroundings(*(float(v) for v in drag.surroundings(scene)))
-    _fly(shots, shape_of(surface), stretch, longest, around)
+    fly(shots, shape_of(surface), stretch, longest, around)
 
     struck = np.flatnonzero(np.isfinite(shots["t_surface"]))
     struck = struck[np.argsort(arrivals["time_s"][struck] + shots["t_surface"][struck], kind="stable")]
@@ -91,7 +91,8 @@ def run_ballistic(
     if surface.kind == PLANE:
         impacts["z_m"] = 0.0  # without the rounding of the way
     e = _restitution(law, impacts)
-    out = _rebounds(shots, e, float(scene.friction.shot_target))
+    out = np.zeros((len(shots), 6))
+    rebounds(shots, e, float(scene.friction.shot_target), out)
     for i, axis in enumerate(_AXES):
         impacts[f"v{axis}_out_m_s"], impacts[f"w{axis}_out_rad_s"] = out[:, i], out[:, 3 + i]
 
@@ -109,7 +110,7 @@ def run_ballistic(
     return impacts, info
 
 
-@njit(cache=True)
+@part
 def _fly(shots, shape, stretch_s, longest_s, around):
     """Move every shot to its first touch: ``t_surface`` [s] after it left (inf: none), velocity, normal."""
     straight = (0.0, 0.0, 0.0)
@@ -145,7 +146,7 @@ def _fly(shots, shape, stretch_s, longest_s, around):
                 break
 
 
-@njit(cache=True)
+@part
 def _mean_velocity(shot, v, span, around):
     """(mean, last) velocity over the next ``span`` seconds; the mean by Simpson's rule."""
     d, rho = 2.0 * shot.radius, shot.density
@@ -155,10 +156,9 @@ def _mean_velocity(shot, v, span, around):
     return mean, (ex, ey, ez)
 
 
-@njit(cache=True)
-def _rebounds(shots, e, mu):
-    """Velocity [m/s] and spin [rad/s] after the impacts, shape (n, 6); shots leave the nozzle without spin."""
-    out = np.zeros((len(shots), 6))
+@part
+def _rebounds(shots, e, mu, out):
+    """Put velocity [m/s] and spin [rad/s] after the impacts into ``out`` (n, 6); shots come without spin."""
     for k in range(len(shots)):
         s = shots[k]
         gn, tx, ty, tz, gt = slip_on_target(s.vx, s.vy, s.vz, 0.0, 0.0, 0.0, s.nx, s.ny, s.nz, s.radius)
@@ -167,7 +167,25 @@ def _rebounds(shots, e, mu):
         out[k, 0], out[k, 1], out[k, 2] = s.vx, s.vy, s.vz
         for i in range(6):
             out[k, i] += change[i]
-    return out
+
+
+def _cached(made_of: int):
+    """``_fly`` and ``_rebounds``, kept on disk for these ``sources``."""
+
+    @njit(cache=True)
+    def fly(shots, shape, stretch_s, longest_s, around):
+        if made_of >= 0:
+            _fly(shots, shape, stretch_s, longest_s, around)
+
+    @njit(cache=True)
+    def rebounds(shots, e, mu, out):
+        if made_of >= 0:
+            _rebounds(shots, e, mu, out)
+
+    return fly, rebounds
+
+
+fly, rebounds = _cached(sources())
 
 
 def _most_at_once(begins: np.ndarray, ends: np.ndarray) -> int:

@@ -16,12 +16,13 @@ from glue.scene.jet_checks import (
     Media,
     Nozzles,
     Problem,
+    driven,
     named,
     nozzle_problems,
     size_text,
     window_problems,
 )
-from glue.scene.model import Accuracy, Material, Nozzle, Restitution, Shots, Target
+from glue.scene.model import Accuracy, AirDrag, Material, Nozzle, Restitution, Shots, Target
 from glue.scene.presets import CELL_DEPTH_IN_RADII
 from glue.scene.reach import inlet_clearance_problem
 from glue.scene.schema import MAX_RASTER_POINTS, MAX_SHOTS, MAX_VOLUME_FRACTION
@@ -32,7 +33,9 @@ GAUSSIAN_PEAK = 2.0 / -math.expm1(-2.0)  # middle over mean of a Gaussian of sd 
 DIMPLE_REBOUND = 0.5  # more than a dimple that presses a shot deep gives back
 
 
-def problems(media, nozzles, target, restitution, models, accuracy, exposure_time_s) -> Iterator[Problem]:
+def problems(
+    media, nozzles, target, restitution, air_drag, models, accuracy, exposure_time_s
+) -> Iterator[Problem]:
     """All checks between the parts of a scene, as far as these could be read (None: could not)."""
     if not nozzles:
         return
@@ -49,7 +52,7 @@ def problems(media, nozzles, target, restitution, models, accuracy, exposure_tim
     if not target:
         return
     if accuracy and flows_in_yade:
-        yield from contact_problems(media, nozzles, target.material, accuracy, restitution)
+        yield from contact_problems(media, nozzles, target.material, accuracy, restitution, air_drag)
     if target.thickness_m:
         yield from thickness_problems(media, nozzles, target.material, target.thickness_m)
     if sound:
@@ -180,12 +183,21 @@ def _contact(a: Shots, a_m: float, b: Shots | Material, b_m: float | None, speed
 
 
 def contact_problems(
-    media: Media, nozzles: Nozzles, material: Material, accuracy: Accuracy, restitution: Restitution | None
+    media: Media,
+    nozzles: Nozzles,
+    material: Material,
+    accuracy: Accuracy,
+    restitution: Restitution | None,
+    air_drag: AirDrag | None,
 ) -> Iterator[Problem]:
     """YADE's contacts must be shallow, and long enough for the preset's time step."""
+    exits, nozzles = nozzles, tuple(driven(nozzle, media, air_drag) for nozzle in nozzles)
     name, nozzle = max(named(nozzles), key=lambda pair: pair[1].fastest_m_s)
     fastest = nozzle.fastest_m_s
     said = f"{show(fastest)} m/s" + (" (the fastest by speed_cv)" if nozzle.speed_cv else "")
+    key, must = f"{name}.speed_m_s", "allowed"
+    if air_drag and nozzle.speed_m_s > dict(named(exits))[name].speed_m_s:
+        key, must, said = "air_drag.gas_speed_m_s", "allowed: a gas that drives shots", f"driving shots to {said}"
     overlap, how = max(
         (elastic_overlap(media, nozzles, material), "a shot {} of its radius into an elastic target"),
         (shot_overlap(media, nozzles, _largest_rebound(restitution)), "two shots {} of a radius into each other"),
@@ -193,17 +205,17 @@ def contact_problems(
     if overlap >= MAX_OVERLAP:
         most = nozzle.speed_m_s * (MAX_OVERLAP / overlap) ** 1.25  # depth ~ speed^(4/5)
         yield (
-            f"{name}.speed_m_s",
-            f"{said} presses {how.format(show(overlap))}, too deep for the flow's contact law; allowed below "
+            key,
+            f"{said} presses {how.format(show(overlap))}, too deep for the flow's contact law; {must} below "
             f"{show(most)} m/s with these materials",
         )
     steps = steps_per_contact(media, nozzles, material, accuracy.flow_dt_over_P)
     if steps < MIN_STEPS_PER_CONTACT:
         most = nozzle.speed_m_s * (steps / MIN_STEPS_PER_CONTACT) ** 5  # contact time ~ speed^(-1/5)
         yield (
-            f"{name}.speed_m_s",
+            key,
             f"{said} makes the shortest contact {steps:.1f} time steps long at preset "
-            f'"{accuracy.preset}", fewer than {show(MIN_STEPS_PER_CONTACT)}; allowed up to {show(most)} m/s, or '
+            f'"{accuracy.preset}", fewer than {show(MIN_STEPS_PER_CONTACT)}; {must} up to {show(most)} m/s, or '
             "--accuracy reference",
         )
 

@@ -5,11 +5,13 @@ Standard library only.
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from collections.abc import Iterator
 
 from glue.scene import reach, sizes
 from glue.scene.fields import show
-from glue.scene.model import Nozzle, Shots
+from glue.scene.model import AirDrag, Nozzle, Shots
 
 Problem = tuple[str, str]
 Media = tuple[Shots, ...]
@@ -45,6 +47,23 @@ def nozzle_problems(name: str, nozzle: Nozzle, exposure_time_s: float | None) ->
             f"{show(nozzle.pulse.frequency_Hz)} Hz is less than one period in {show(exposure_time_s)} s, over which "
             f"mass_flow_kg_s is no mean; allowed from {show(1.0 / exposure_time_s)} Hz up",
         )
+
+
+def driven(nozzle: Nozzle, media: Media, air: AirDrag | None) -> Nozzle:
+    """The nozzle with its speed raised to the most that a faster gas can drive any of its shots to on their way.
+
+    v^2 <= v0^2 + 2 a H, a the Schiller-Naumann drag at the exit, where the gas is fastest against the shots.
+    """
+    if air is None or air.gas_speed_m_s <= nozzle.speed_m_s:
+        return nozzle
+    ahead, most = air.gas_speed_m_s - nozzle.speed_m_s, nozzle.speed_m_s
+    for shots in media:
+        d = sizes.smallest_m(shots)
+        reynolds = air.gas_density_kg_m3 * ahead * d / air.gas_viscosity_Pa_s
+        coefficient = max(24.0 / reynolds * (1.0 + 0.15 * reynolds**0.687), 0.44)
+        push = 0.75 * coefficient * air.gas_density_kg_m3 * ahead**2 / (shots.density_kg_m3 * d)
+        most = max(most, math.sqrt(nozzle.speed_m_s**2 + 2.0 * push * nozzle.stand_off_m))
+    return dataclasses.replace(nozzle, speed_m_s=min(most, air.gas_speed_m_s))
 
 
 def window_problems(media: Media, nozzles: Nozzles, window_m: tuple[float, float]) -> Iterator[Problem]:

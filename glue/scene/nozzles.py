@@ -29,10 +29,10 @@ def read_nozzles(top: Table, exposure_time_s: float | None) -> tuple[Nozzle, ...
 
 
 def feed_says(top: Table) -> bool:
-    """Whether the length of the exposure follows from a nozzle's path: one has a ``stroke_m``."""
+    """Whether the length of the exposure follows from a nozzle's path: one moves and has a ``stroke_m``."""
     nozzles = top.data.get("nozzle")
     nozzles = nozzles if isinstance(nozzles, list) else [nozzles]
-    return any(isinstance(nozzle, dict) and "stroke_m" in nozzle for nozzle in nozzles)
+    return any(isinstance(nozzle, dict) and "stroke_m" in nozzle and nozzle.get(_REST, 0) != 0 for nozzle in nozzles)
 
 
 def read_exposure(top: Table, written_s: float | None, nozzles: tuple[Nozzle, ...] | None) -> float | None:

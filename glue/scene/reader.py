@@ -60,7 +60,7 @@ def read_scene(path: Path | str, *, preset: str | None = None, content: bytes | 
     models = _read_models(top)
     accuracy = _read_accuracy(top, preset)
 
-    parts = (media, nozzles, target, restitution, models, accuracy, exposure)
+    parts = (media, nozzles, target, restitution, air_drag, models, accuracy, exposure)
     for key_path, sentence in consistency.problems(*parts):
         log.problem(key_path, sentence)
     if log.problems:

@@ -181,7 +181,7 @@ _HOMES = {
     "[shots]": {key: SHOTS[key] for key in ("grade", "diameter_m", "size", "size_cv", "mass_fraction")},
     "[nozzle]": NOZZLE | JET | FEED | PULSE,
     "[target]": {"material": None, "window_m": None, "thickness_m": None},
-    "[gravity]": GRAVITY,
+    "[gravity]": {"acceleration_m_s2": None},
     "[air_drag]": AIR_DRAG,
     "[restitution.hardening]": SPOT_HARDENING,
     "[accuracy]": ACCURACY,

@@ -16,7 +16,8 @@ from glue.scene.consistency import (
     steps_per_contact,
     volume_fraction,
 )
-from glue.scene.model import Nozzle
+from glue.scene.jet_checks import driven
+from glue.scene.model import AirDrag, Nozzle
 from glue.scene.reader import read_scene
 from glue.theory import hertz
 
@@ -278,3 +279,30 @@ def test_a_hardened_rebound_presses_shots_deeper(write_scene, problems_of):
     for e in ({"restitution.hardening": "{saturated = 0.94}"}, {"restitution.shot_target": "0.94"}):
         (problem,) = problems_of(fast | e, preset="reference")
         assert problem.startswith("nozzle.speed_m_s: 275 m/s presses two shots 0.30")
+
+
+def test_a_gas_faster_than_the_shots_drives_them_at_most_as_far_as_it_can():
+    """Against the flight itself, in 10 000 steps of the distance: a bound, and near where the shots stay slow."""
+    air = AirDrag(1.204, 1.81e-5, 300.0)
+    for grade, near in (("S390", 0.02), ("GLASS100", 0.5)):
+        shots, nozzle = shot(grade), Nozzle(60.0, 0.01667, 0.02, 0.1, 90.0)
+        v, step = nozzle.speed_m_s, nozzle.stand_off_m / 10_000
+        for _ in range(10_000):
+            reynolds = air.gas_density_kg_m3 * (300.0 - v) * shots.diameter_m / air.gas_viscosity_Pa_s
+            drag = 24.0 / reynolds * (1.0 + 0.15 * reynolds**0.687) if reynolds < 1000.0 else 0.44
+            push = 0.75 * drag * air.gas_density_kg_m3 * (300.0 - v) ** 2 / (shots.density_kg_m3 * shots.diameter_m)
+            v += step * push / v
+        bound = driven(nozzle, (shots,), air).speed_m_s
+        assert v < bound < v * (1.0 + near)
+        assert bound <= 300.0
+    slower = dataclasses.replace(air, gas_speed_m_s=50.0)
+    assert driven(nozzle, (shots,), slower) == nozzle == driven(nozzle, (shots,), None)
+
+
+def test_shots_driven_too_fast_for_the_step_are_refused(write_scene, problems_of):
+    """Glass of .1 mm leaves slowly, and arrives too fast."""
+    blown = {"shots.grade": '"GLASS100"', "nozzle.mass_flow_kg_s": "1e-4", "nozzle.stand_off_m": "0.5"}
+    read_scene(write_scene(blown | {"air_drag": "{gas_speed_m_s = 150}"}))
+    (problem,) = problems_of(blown | {"air_drag": "{gas_speed_m_s = 500}"}, preset="reference")
+    assert problem.startswith("air_drag.gas_speed_m_s: driving shots to ") and "m/s presses two shots" in problem
+    assert "allowed: a gas that drives shots below " in problem

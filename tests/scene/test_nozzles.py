@@ -101,6 +101,10 @@ WRONG = {
         {f"nozzle.{key}": value for key, value in (("passes", "2"), ("pitch_m", "0"), ("dwell_s", "1"), ("stroke_m", "9"))},
         [f"nozzle.{key}: {REST} {key}" for key in ("stroke_m", "passes", "pitch_m", "dwell_s")],
     ),
+    "at rest with a stroke for an exposure": (
+        {"exposure_time_s": None, "nozzle.stroke_m": "0.03"},
+        ["exposure_time_s: missing, and required; allowed 1e-6..3600 s", f"nozzle.stroke_m: {REST} stroke_m"],
+    ),
     "at rest, said so": (
         {"nozzle.feed_speed_m_s": "0", "nozzle.feed_direction_deg": "90"},
         [f"nozzle.feed_direction_deg: {REST} feed_direction_deg"],

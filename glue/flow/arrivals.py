@@ -11,7 +11,6 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-import math
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +18,9 @@ import numpy as np
 from glue.errors import InputError
 from glue.flow.inlet import overlapping, place
 from glue.flow.nozzle_draws import draw_nozzle, expected_shots
-from glue.flow.pulse import peak_flow
 from glue.flow.table import INTEGER, REAL, read_table, write_table
-from glue.scene.model import Scene
+from glue.scene.consistency import GAUSSIAN_PEAK, mixture_volume_fraction
+from glue.scene.model import Nozzle, Scene
 from glue.scene.schema import MAX_VOLUME_FRACTION
 
 __all__ = [
@@ -102,11 +101,10 @@ def draw_arrivals(scene: Scene) -> np.ndarray:
 
 
 def solids_share(scene: Scene, index: int) -> float:
-    """Share of nozzle ``index``'s jet at its exit that is shot, at its peak: volume flow over exit area x speed."""
+    """Share of nozzle ``index``'s jet at its exit that is shot, where and when it is densest."""
     nozzle = scene.nozzles[index]
-    per_kg_m3 = sum(shots.mass_fraction / shots.density_kg_m3 for shots in scene.media)
-    volume_m3_s = nozzle.mass_flow_kg_s * peak_flow(nozzle.pulse) * per_kg_m3
-    return volume_m3_s / (math.pi / 4.0 * nozzle.jet_diameter_m**2 * nozzle.speed_m_s)
+    crowding = _peak(nozzle) * (GAUSSIAN_PEAK if nozzle.profile == "gaussian" else 1.0)
+    return crowding * mixture_volume_fraction(scene.media, nozzle)
 
 
 def check_stream(scene: Scene) -> None:
@@ -126,8 +124,7 @@ def check_stream(scene: Scene) -> None:
     if expected > MAX_SHOTS:
         raise _too_many(expected)
     peak = tuple(
-        dataclasses.replace(n, pulse=None, mass_flow_kg_s=n.mass_flow_kg_s * peak_flow(n.pulse))
-        for n in scene.nozzles
+        dataclasses.replace(n, pulse=None, mass_flow_kg_s=n.mass_flow_kg_s * _peak(n)) for n in scene.nozzles
     )
     trial = dataclasses.replace(scene, nozzles=peak, arrivals="poisson")
     draw_arrivals(dataclasses.replace(trial, exposure_time_s=TRIAL_SHOTS / trial.shot_rate_1_s))
@@ -143,6 +140,11 @@ def read_arrivals(path: Path) -> tuple[np.ndarray, dict]:
     return read_table(path, TITLE, COLUMNS)
 
 
+def _peak(nozzle: Nozzle) -> float:
+    """Largest over mean mass flow."""
+    return nozzle.pulse.peak if nozzle.pulse else 1.0
+
+
 def _too_many(expected: float) -> InputError:
     return InputError(
         f"the scene feeds {expected:.3g} shots; at most {MAX_SHOTS:.0e} can be drawn: shorten exposure_time_s"
@@ -153,13 +155,13 @@ def _check_solids(scene: Scene) -> None:
     """Refuse at once what would be drawn for long and in vain.
 
     Jets 5 and 20 shots wide, 26 draws of 2000 to 200 000 shots: all can be drawn at the limit, at .18 not even
-    every short one, at .25 none; Gaussian jets likewise up to the limit.
+    every short one, at .25 none.  (A Gaussian jet can be drawn beyond, but would not be Gaussian.)
     """
     for number, nozzle in enumerate(scene.nozzles):
         share = solids_share(scene, number)
         if share > MAX_VOLUME_FRACTION:
             raise InputError(
-                f"shot stream too dense: at its peak shots fill {share:.1%} of the jet of nozzle {number + 1};"
+                f"shot stream too dense: shots fill {share:.1%} of the jet of nozzle {number + 1} at its densest;"
                 f" allowed up to {MAX_VOLUME_FRACTION:.0%}: lower mass_flow_kg_s"
                 f" (to {nozzle.mass_flow_kg_s * MAX_VOLUME_FRACTION / share:.3g} kg/s), or raise speed_m_s,"
                 " jet_diameter_m or the duty of a pulse"

@@ -15,13 +15,6 @@ from glue.scene.model import Pulse
 _TINY_RAD = 1e-14  # a phase is found to this; in time that is nothing beside a contact
 
 
-def peak_flow(pulse: Pulse | None) -> float:
-    """Largest p: peak over mean mass flow."""
-    if pulse is None:
-        return 1.0
-    return 1.0 / pulse.duty if pulse.pattern == "pulsed" else 1.0 + pulse.amplitude
-
-
 def fed_time_s(pulse: Pulse | None, time_s):
     """P(t) [s], the integral of p from 0 to ``time_s`` (float or array).
 

@@ -158,7 +158,7 @@ def test_the_peak_of_a_pulse_counts(make_scene):
     """5 kg/min fill 0.057 % of the jet's volume, in 1/500 of the time 28 %."""
     assert arrivals.solids_share(make_scene(), 0) == pytest.approx(5 / 60 / (7800 * math.pi * 1e-4 * 60))
     arrivals.check_stream(make_scene(pulse=model.Pulse("pulsed", 10.0, duty=0.02)))
-    with pytest.raises(InputError, match="too dense: at its peak shots fill 28.3% of the jet of nozzle 1"):
+    with pytest.raises(InputError, match="too dense: shots fill 28.3% of the jet of nozzle 1 at its densest"):
         arrivals.check_stream(make_scene(pulse=model.Pulse("pulsed", 10.0, duty=0.002)))
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from glue.atomic import atomic_path
 from glue.errors import InputError
 from glue.flow import touch
-from glue.flow.triangles import check_triangles, clearance, features, height, placement_problems
+from glue.flow.triangles import check_triangles, features, height, nearest, placement_problems
 
 __all__ = ["TargetSurface", "check_triangles", "from_scene", "load", "placement_problems"]
 
@@ -59,12 +59,30 @@ class TargetSurface:
 
     def clearance(self, point) -> float:
         """Distance [m] of a point from the surface, negative inside the body."""
+        return self.nearest(point)[0]
+
+    def nearest(self, point):
+        """(distance [m], foot (x, y, z), normal (nx, ny, nz)): the surface point nearest to a point.
+
+        The distance is negative inside the body; the normal points outwards.
+        """
         x, y, z = (float(c) for c in point)
         if self.kind == PLANE:
-            return z
+            return z, (x, y, 0.0), (0.0, 0.0, 1.0)
         if self.kind == CYLINDER:
-            return math.hypot(y if self.axis == "x" else x, z + self.radius_m) - self.radius_m
-        return clearance(self.triangles, (x, y, z))
+            across, up = (y if self.axis == "x" else x), z + self.radius_m
+            size = math.hypot(across, up)
+            a, u = (across / size, up / size) if size > 0.0 else (0.0, 1.0)
+            foot, height = self.radius_m * a, self.radius_m * (u - 1.0)
+            if self.axis == "x":
+                return size - self.radius_m, (x, foot, height), (0.0, a, u)
+            return size - self.radius_m, (foot, y, height), (a, 0.0, u)
+        p = np.array([x, y, z])
+        square = self._middle2 - 2.0 * (self._middle @ p) + (x * x + y * y + z * z)
+        middle = np.sqrt(np.maximum(square, 0.0))
+        some = np.flatnonzero(middle - self._reach <= (middle + self._reach).min() * (1.0 + 1e-9))
+        distance, foot, normal = nearest(self.triangles[some], self.features.faces[some, :3], p)
+        return distance, tuple(foot.tolist()), tuple(normal.tolist())
 
     def height(self, x: float, y: float) -> float:
         """z [m] of the surface seen from above at (x, y) [m]; -inf beside the body."""

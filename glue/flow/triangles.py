@@ -163,28 +163,40 @@ def height(triangles: np.ndarray, x: float, y: float) -> float:
     return float((a[:, 2] + second * e1[:, 2] + third * e2[:, 2])[over].max(initial=-np.inf))
 
 
-def clearance(triangles: np.ndarray, point) -> float:
-    """Distance [m] of a point from a closed surface, negative inside.
+def nearest(triangles: np.ndarray, n: np.ndarray, point) -> tuple[float, np.ndarray, np.ndarray]:
+    """(distance [m], foot (3,), unit normal (3,)): of a point and the closed surface, the distance negative inside.
 
+    ``n``: the triangles' ``normals``.  The normal at the foot points at a point outside and away from one inside.
     The sign comes from that one of the nearest triangles whose plane is farthest from the point: at an edge
     or corner the others may face away.
     """
     p = np.asarray(point, float)
-    n, _ = normals(triangles)
     above = ((p - triangles[:, 0]) * n).sum(axis=1)
     foot = p - above[:, None] * n
-    inside = np.ones(len(triangles), bool)
-    away2 = np.full(len(triangles), np.inf)
-    for i in range(3):
-        begin, way = triangles[:, i], triangles[:, (i + 1) % 3] - triangles[:, i]
-        inside &= (np.cross(way, foot - begin) * n).sum(axis=1) >= 0.0
-        share = np.clip(((p - begin) * way).sum(axis=1) / (way * way).sum(axis=1), 0.0, 1.0)
-        away2 = np.minimum(away2, ((p - begin - share[:, None] * way) ** 2).sum(axis=1))
-    distance = np.where(inside, np.abs(above), np.sqrt(away2))
+    begin, way = triangles, np.roll(triangles, -1, axis=1) - triangles  # (m, 3 edges, 3)
+    over = foot[:, None] - begin
+    # the foot is inside where it lies left of all three edges
+    left = (
+        (way[:, :, 1] * over[:, :, 2] - way[:, :, 2] * over[:, :, 1]) * n[:, None, 0]
+        + (way[:, :, 2] * over[:, :, 0] - way[:, :, 0] * over[:, :, 2]) * n[:, None, 1]
+        + (way[:, :, 0] * over[:, :, 1] - way[:, :, 1] * over[:, :, 0]) * n[:, None, 2]
+    )
+    share = np.clip(((p - begin) * way).sum(axis=2) / (way * way).sum(axis=2), 0.0, 1.0)
+    on_edge = begin + share[:, :, None] * way
+    away2 = ((p - on_edge) ** 2).sum(axis=2)
+    edge = away2.argmin(axis=1)
+    rows = np.arange(len(triangles))
+    inside = left.min(axis=1) >= 0.0
+    foot = np.where(inside[:, None], foot, on_edge[rows, edge])
+    distance = np.where(inside, np.abs(above), np.sqrt(away2[rows, edge]))
     least = distance.min()
-    nearest = np.flatnonzero(distance <= least + 1e-9 * (least + np.ptp(triangles[:, :, 0])))
-    decides = nearest[np.abs(above[nearest]).argmax()]
-    return float(least if above[decides] >= 0.0 else -least)
+    close = np.flatnonzero(distance <= least + 1e-9 * (least + np.sqrt((way[0, 0] ** 2).sum())))
+    decides = close[np.abs(above[close]).argmax()]
+    sign = 1.0 if above[decides] >= 0.0 else -1.0
+    normal = n[decides]
+    if not inside[decides] and least > 0.0:
+        normal = sign * (p - foot[decides]) / least
+    return float(sign * least), foot[decides], normal
 
 
 def _volumes(triangles: np.ndarray, index: np.ndarray) -> np.ndarray:

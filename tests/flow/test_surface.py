@@ -182,6 +182,24 @@ def test_triangles_of_a_cylinder_come_to_the_cylinder():
     assert np.polyfit(np.log([24, 48, 96]), np.log(worst), 1)[0] == pytest.approx(-2.0, abs=0.35)
 
 
+@pytest.mark.parametrize("body", BODIES)
+def test_nearest_point_and_normal(body):
+    """The foot lies on the surface, at the distance, and from outside the normal points at the point."""
+    target, distance = TargetSurface("triangles", triangles=BODIES[body]), DISTANCES[body]
+    for p in np.random.default_rng(8).uniform(-1.6, 1.6, (200, 3)):
+        away, foot, normal = target.nearest(p)
+        assert distance(np.array(foot)) == pytest.approx(0.0, abs=1e-12)
+        assert np.linalg.norm(normal) == pytest.approx(1.0)
+        assert np.array(foot) + away * np.array(normal) == pytest.approx(p, abs=1e-9)
+
+
+def test_nearest_on_the_closed_forms():
+    assert TargetSurface().nearest((1.0, 2.0, -0.5)) == (-0.5, (1.0, 2.0, 0.0), (0.0, 0.0, 1.0))
+    away, foot, normal = TargetSurface("cylinder", 0.02, "x").nearest((7.0, 0.03, 0.02))
+    assert away == pytest.approx(0.03) and foot == pytest.approx((7.0, 0.012, -0.004))
+    assert normal == pytest.approx((0.0, 0.6, 0.8))
+
+
 def test_height_seen_from_above():
     target = TargetSurface("triangles", triangles=BODIES["step"])
     assert [target.height(x, 0.3) for x in (-0.5, 0.5, 1.5)] == [1.0, 0.0, -math.inf]

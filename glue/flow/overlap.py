@@ -25,7 +25,7 @@ from glue.flow.tangential import impulse_across
 from glue.scene import sizes
 from glue.scene.model import Nozzle, Pulse, Scene
 
-NEARLY_NORMAL_DEG = 89.9
+NEARLY_NORMAL_DEG = 89.9  # stands for all steeper angles where a tangential speed is divided by
 _HEIGHTS = 64  # midpoints over the heights at which two clouds overlap
 _SUNFLOWER = 256  # points of equal share of the unit disc
 _GAUSSIAN_RATE = 2.0  # profile exp(-2 u^2): standard deviation a quarter of the width, cut at the edge

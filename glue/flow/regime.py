@@ -6,6 +6,7 @@ expected error, of the mean normal energy of the impacts and of the share of sho
 them and is held against ``accuracy.flow_tolerance``.
 
 A curved target counts as its tangent plane: convex ones scatter their rebounds and lower the numbers.
+Standard library and numpy only: YADE's interpreter imports this too.
 """
 
 from __future__ import annotations
@@ -142,7 +143,7 @@ def overlap_number(scene: Scene, restitution: float) -> float:
         met_1_s += per_area * (nozzle.speed_m_s / abs(jet.velocity_m_s[2]) + apart / rebound.velocity_m_s[2])
         touch = hertz.impact(0.5 * shots.diameter_m, shots.density_kg_m3, nozzle.normal_speed_m_s, modulus)
         longest_s = max(longest_s, touch.contact_time_s)
-    return overlap.cross_section_m2(scene) * met_1_s * longest_s
+    return float(overlap.cross_section_m2(scene) * met_1_s * longest_s)
 
 
 def gravity_number(scene: Scene) -> float:

@@ -172,7 +172,11 @@ def _show(path: Path, as_json: bool) -> int:
     from glue.study.rundir import METRICS
     from glue.study.summary import summary
 
-    print((path / METRICS).read_text(encoding="utf-8").rstrip() if as_json else summary(path))
+    text = (path / METRICS).read_text(encoding="utf-8")
+    print(text.rstrip() if as_json else summary(path))
+    for section, values in json.loads(text).items():
+        if isinstance(values, dict) and "warning" in values:
+            _complain(f"warning: {section}: {values['warning']}")
     return 0
 
 

@@ -18,14 +18,14 @@ from glue.study.stage import Stage
 
 @pytest.fixture
 def stages(monkeypatch):
-    """stages(error=None): one stub stage ``flow`` in place of the real ones."""
+    """stages(error=None, said=None): one stub stage ``flow`` in place of the real ones; ``said``: more metrics."""
 
-    def make(error=None):
+    def make(error=None, said=None):
         def run(work):
             if error:
                 raise error
             work.progress(0.5, "half way")
-            return {"flow": {"impacts": 7}}, []
+            return {"flow": {"impacts": 7} | (said or {})}, []
 
         monkeypatch.setattr(pipeline, "_default_stages", lambda: (Stage("flow", (), (), (), run),))
 
@@ -38,6 +38,14 @@ def test_run_prints_the_summary_and_tells_progress_on_stderr(stages, tmp_path, c
     said = capsys.readouterr()
     assert re.search(r"impacts on the target +7\n", said.out)
     assert "half way" not in said.out and "flow       starts" in said.err and "done" in said.err
+
+
+def test_a_warning_of_a_stage_reaches_stderr(stages, tmp_path, capsys):
+    stages(said={"warning": "ballistic shots never meet"})
+    assert cli.main(["run", "al2024-s390", "--json", "--out", str(tmp_path / "run")]) == 0
+    said = capsys.readouterr()
+    assert "peen: warning: flow: ballistic shots never meet" in said.err
+    assert json.loads(said.out)["flow"]["warning"] == "ballistic shots never meet"
 
 
 def test_json_is_all_of_stdout(stages, tmp_path, capsys):

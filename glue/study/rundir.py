@@ -334,5 +334,8 @@ def _differences(old: Any, new: Any, key: str = ""):
     if isinstance(old, dict) and isinstance(new, dict):
         for name in sorted({*old, *new}):
             yield from _differences(old.get(name), new.get(name), f"{key}.{name}" if key else name)
+    elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
+        for k, (there, here) in enumerate(zip(old, new, strict=True)):
+            yield from _differences(there, here, f"{key}[{k}]")
     elif old != new:
         yield f"{key}: there {json.dumps(old)}, here {json.dumps(new)}"

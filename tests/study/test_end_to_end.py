@@ -31,6 +31,8 @@ material = "al2024-t351"
 window_m = [0.002, 0.002]
 [restitution]
 shot_target = "from_dimple"
+[models]
+flow = "dem"
 [accuracy]
 preset = "fast"
 """

@@ -22,7 +22,15 @@ from glue.scene.jet_checks import (
     size_text,
     window_problems,
 )
-from glue.scene.model import Accuracy, AirDrag, Material, Nozzle, Restitution, Shots, Target
+from glue.scene.model import (
+    Accuracy,
+    AirDrag,
+    Material,
+    Nozzle,
+    Restitution,
+    Shots,
+    Target,
+)
 from glue.scene.presets import CELL_DEPTH_IN_RADII
 from glue.scene.reach import inlet_clearance_problem
 from glue.scene.schema import MAX_RASTER_POINTS, MAX_SHOTS, MAX_VOLUME_FRACTION

@@ -92,7 +92,8 @@ def compare(seed: int, exposure_s: float) -> dict:
         "uncollided": len(a),
         "uncollided_place_off_m": float(np.hypot(a["x_m"] - b["x_m"], a["y_m"] - b["y_m"]).max()),
         "uncollided_speed_exact": all(
-            (a[f"v{c}_in_m_s"] == b[f"v{c}_in_m_s"]).all() and (free[f"v{c}_in_m_s"] == born[f"v{c}_m_s"]).all()
+            (a[f"v{c}_in_m_s"] == b[f"v{c}_in_m_s"]).all()
+            and (free[f"v{c}_in_m_s"] == born[f"v{c}_m_s"]).all()
             for c in "xyz"
         ),
         "same_collisions": sum(met.get(s) == plain_met.get(s) for s in shots) / len(shots),
@@ -131,7 +132,12 @@ if options.runs:
     options.runs.write_text(json.dumps(runs, indent=1) + "\n")
 for run in runs:
     seed = f"seed {run['seed']}"
-    rows.below(f"{seed}: uncollided shots, place off [m]", run["uncollided_place_off_m"], 1e-6, f"{run['uncollided']}")
+    rows.below(
+        f"{seed}: uncollided shots, place off [m]",
+        run["uncollided_place_off_m"],
+        1e-6,
+        f"{run['uncollided']}",
+    )
     rows.true(f"{seed}: uncollided shots, velocity exact", run["uncollided_speed_exact"])
     rows.below(f"{seed}: shots with other collisions, first 20 ms", 1.0 - run["same_collisions"], 1.0 - SAME)
 count = sum(r["shots"] for r in runs)
@@ -139,5 +145,7 @@ rows.within("collided share, off plain", off(runs, "collided_fraction"), 0.0, 0.
 rows.within("mean normal energy, off plain", off(runs, "mean_normal_energy_fraction"), 0.0, 0.015)
 for kind in ("wall", "cpu"):
     ours, plain = (sum(r[f"{kind}_s"][k] for r in runs) for k in (0, 1))
-    rows.below(f"{kind} time over that of plain stepping", ours / plain, 1.0 / 6.0, f"{plain / ours:.1f} x less")
+    rows.below(
+        f"{kind} time over that of plain stepping", ours / plain, 1.0 / 6.0, f"{plain / ours:.1f} x less"
+    )
 rows.finish()

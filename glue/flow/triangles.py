@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 WELD = 1e-6  # corners closer than this times the part's size are one
+LARGEST_PART_M = 10.0  # STL files know no unit: a larger one is more likely in millimetres
 SLIVER = 1e-9  # a triangle lower than this times its longest edge has no area
 
 
@@ -140,16 +141,30 @@ def check_triangles(triangles) -> list[str]:
 
 
 def placement_problems(triangles: np.ndarray, window_m) -> list[str]:
-    """Whether the part lies as the axes want it: its surface passes through the origin, the aim of the jet."""
+    """Whether the part lies as the axes want it: its surface passes through the origin, the window is on it."""
     tolerance = 1e-3 * min(window_m)
+    size = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
+    problems = []
+    if size > LARGEST_PART_M:
+        problems.append(
+            f"the part is {size:.4g} m long; at most {LARGEST_PART_M:g} m (coordinates must be in metres)"
+        )
     top = height(triangles, 0.0, 0.0)
-    if abs(top) <= tolerance:
-        return []
-    where = f"is {top:.4g} m high there" if np.isfinite(top) else "has no surface above or below it"
-    return [
-        f"the surface must pass through the origin, where the jet aims, within {tolerance:.2g} m (a thousandth of"
-        f" the window), its outside towards +z; it {where}"
-    ]
+    if not abs(top) <= tolerance:
+        where = f"is {top:.4g} m high there" if np.isfinite(top) else "has no surface above or below it"
+        problems.append(
+            f"the surface must pass through the origin, where the jet aims, within {tolerance:.2g} m (a thousandth"
+            f" of the window), its outside towards +z; it {where}"
+        )
+    else:
+        corners = [(sx * window_m[0] / 2, sy * window_m[1] / 2) for sx in (-1, 1) for sy in (-1, 1)]
+        beside = [corner for corner in corners if not np.isfinite(height(triangles, *corner))]
+        if beside:
+            problems.append(
+                f"the window of {window_m[0]:g} x {window_m[1]:g} m reaches beyond the part: nothing lies below its"
+                f" corner at {_place(beside[0])} m"
+            )
+    return problems
 
 
 def height(triangles: np.ndarray, x: float, y: float) -> float:

@@ -6,7 +6,10 @@ touch, whichever face, edge or corner it is.
 
 import itertools
 import math
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -129,7 +132,7 @@ def test_nothing_slips_between_triangles_of_a_flat_face():
     target = TargetSurface("triangles", triangles=box(n=7))
     joints = np.linspace(-1.0, 1.0, 15)[1:-1]
     for x, y in itertools.product(joints, joints):
-        t, point, normal = target.touch((x, y, 2.0), (0.0, 0.0, -1.0), 0.1)
+        t, _, normal = target.touch((x, y, 2.0), (0.0, 0.0, -1.0), 0.1)
         assert t == pytest.approx(1.9) and normal == (0.0, 0.0, 1.0)
 
 
@@ -248,6 +251,10 @@ def test_the_part_must_touch_the_origin():
     assert "0.01 m high" in raised and "within 4e-06 m" in raised
     (beside,) = placement_problems(box() + [3.0, 0.0, 0.0], (0.004, 0.004))
     assert "no surface above or below" in beside
+    (narrow,) = placement_problems(box() + [0.999, 0.0, 0.0], (0.004, 0.004))
+    assert "reaches beyond the part" in narrow and "(-0.002, -0.002)" in narrow
+    (millimetres,) = placement_problems(20.0 * box(), (0.004, 0.004))
+    assert "40 m long; at most 10 m (coordinates must be in metres)" in millimetres
 
 
 def test_surface_of_a_scene(make_scene):
@@ -287,6 +294,39 @@ def test_what_is_no_surface_file_is_refused(tmp_path):
     for name in ("a.npz", "b.npz", "missing.npz"):
         with pytest.raises(InputError, match=name):
             surfaces.load(tmp_path / name)
+
+
+SHARED = """
+import sys
+sys.path[:0] = sys.argv[1:]
+import random
+from bodies import cylinder, step
+from glue.flow import drag, jets, restitution, tangential, touch
+from glue.flow.surface import TargetSurface, check_triangles
+random.seed(1)
+around = drag.Surroundings(1.2, 1.8e-5, 0.0, 0.0, -20.0, 0.0, 0.0, -9.81)
+targets = [TargetSurface("triangles", triangles=cylinder()), TargetSurface("cylinder", 0.02)]
+print(check_triangles(step()[:-1]))
+for _ in range(200):
+    p = random.uniform(-0.02, 0.02), random.uniform(-0.02, 0.02), 0.05
+    v = random.uniform(-20.0, 20.0), random.uniform(-20.0, 20.0), -60.0
+    print([t.touch(p, v, 5e-4) for t in targets])
+    print(drag.slowed(*v, 1e-4, 1e-4, 2500.0, around), tangential.impulse_across(60.0, abs(v[0]), 0.5, 0.2))
+"""
+
+
+@pytest.mark.solver
+def test_debians_python_gives_the_same_numbers(tmp_path):
+    """YADE's interpreter, with its numpy: to the last digit, surface of triangles included."""
+    folders = [Path(__file__).parents[2], Path(__file__).parent]
+    outputs = [
+        subprocess.run(
+            [python, "-c", SHARED, *folders], capture_output=True, text=True, check=True, cwd=tmp_path
+        ).stdout
+        for python in (sys.executable, "/usr/bin/python3")
+    ]
+    assert len(outputs[0].splitlines()) == 401 and "open: 3 edges" in outputs[0]
+    assert outputs[0] == outputs[1]
 
 
 def test_a_part_of_two_thousand_triangles_answers_quickly():

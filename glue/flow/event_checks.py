@@ -20,12 +20,16 @@ def run_numbers(world: World) -> dict:
         "mass_fed_kg": float(clock["mass_fed"]),
         "dropped": {name: int(clock[name]) for name in DROPS},
         "in_flight": int(clock["live"]),
+        "would_still_strike": int(
+            np.count_nonzero((world.shots["place"] >= 0) & (world.shots["t_surface"] < np.inf))
+        ),
         "shot_shot_collisions": int(clock["collisions"]),
         "collapse_guard_hits": int(clock["guard_hits"]),
         "collapse_guard_share": int(clock["guard_hits"]) / max(contacts, 1),
         "shots_that_never_struck": int(clock["never_struck"])
         + int(np.count_nonzero((world.shots["place"] >= 0) & (world.shots["impacts"] == 0))),
         "peak_live_shots": int(clock["peak"]),
+        "energy_left_over_fed": _energy_left(world),
         "top_speed_m_s": float(clock["top_speed"]),
         "simulated_s": float(clock["now"]),
         "events": int(clock["events"]),
@@ -33,6 +37,12 @@ def run_numbers(world: World) -> dict:
         "kicks": int(clock["kicks"]),
         "worst": {name: float(clock[f"worst_{name}"]) for name in ("gain", "momentum", "overlap")},
     }
+
+
+def _energy_left(world: World) -> float:
+    """Energy of the shots when they were dropped, or now, over what they were fed with."""
+    live = world.shots[world.shots["place"] >= 0]
+    return float((world.clock["energy_out"][0] + energy_J(live)) / world.clock["energy_in"][0])
 
 
 def energy_J(shots: np.ndarray) -> float:
@@ -49,7 +59,7 @@ def check_run(world: World, arrivals: int, *, conserves: bool) -> None:
     """
     clock, live = world.clock[0], world.shots[world.shots["place"] >= 0]
     dropped = sum(int(clock[name]) for name in DROPS)
-    left = (float(clock["energy_out"]) + energy_J(live)) / float(clock["energy_in"])
+    left = _energy_left(world)
     rows = [
         ("shots fed, of all arrivals", clock["fed"], arrivals, clock["fed"] == arrivals),
         ("shots unaccounted for", clock["fed"] - dropped - len(live), 0, clock["fed"] == dropped + len(live)),

@@ -33,6 +33,7 @@ TAIL_FLIGHTS = 20.0  # give up on slow stragglers after this many flights of the
 ROWS = 16384  # most impacts of one piece
 EVENTS = 50_000  # most events of one piece: some .1 s
 CHECKPOINT_EVERY_S = 5.0
+SAY_EVERY_S = 1.0  # progress
 STUCK_PIECES = 20  # so many without any progress in time: the shots bounce without end
 
 
@@ -145,7 +146,7 @@ def run_event(
         if saved and now - kept >= checkpoint_every_s:
             saved.save(world, np.concatenate(unsaved))
             unsaved, kept = [], time.monotonic()
-        if progress and now - said >= 1.0:
+        if progress and now - said >= SAY_EVERY_S:
             share = _share(clock, start_s, fed_s)
             this_run = max(share - _share_at(first_s, start_s, fed_s), 1e-9)
             left_s = (now - begun) * (1.0 - share) / this_run

@@ -20,9 +20,10 @@ INLET_DIAMETERS = 1.25
 # contact; this is some hundredth of it, so that it leaves the collisions of a dense stream alone.
 GUARD_DIAMETERS = 1e-3
 ALL_PAIRS_BELOW = 300  # expected live shots; fewer stand in one cell
-SHOTS_PER_CELL = 2.0
-STRETCH = 4.0  # length over width of a cell along the jet: shots fly that way, crossings are rarer
+SHOTS_PER_CELL = 1.0
+STRETCH = 8.0  # length over width of a cell along the jet: shots fly that way, crossings are rarer
 MAX_CELLS = 1 << 20
+ONE_CELL = Grid(0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1, 1, 1)
 
 
 def entries(arrivals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -71,7 +72,7 @@ def choose_grid(scene, arrivals: np.ndarray) -> Grid:
     rate = min(len(arrivals) / span, 2.0 * scene.shot_rate_1_s)
     expected = min(2.5 * rate * flight, len(arrivals))  # rebounding shots stay longer than falling ones
     if expected < ALL_PAIRS_BELOW:
-        return Grid(0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1, 1, 1)
+        return ONE_CELL
     start = np.array([arrivals[name] for name in ("x_m", "y_m", "z_m")])
     velocity = np.array([arrivals[name] for name in ("vx_m_s", "vy_m_s", "vz_m_s")])
     landing = start - velocity * (start[2] / velocity[2])

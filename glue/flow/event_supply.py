@@ -91,6 +91,7 @@ def sweep(world, grid, physics, surface, jet_rows, t, end_s):
     clock = world.clock[0]
     clock.falling = 0
     gx, gy, gz = physics.gravity
+    pulled = physics.pull[0] != 0.0 or physics.pull[1] != 0.0 or physics.pull[2] != 0.0
     for i in range(len(world.shots)):
         shot = world.shots[i]
         if shot.place < 0:
@@ -105,7 +106,8 @@ def sweep(world, grid, physics, surface, jet_rows, t, end_s):
         leaves = vz >= 0.0 if surface.kind == 0 else shot.t_surface == math.inf
         why = fate(x, y, z, vx, vy, vz, leaves, jet_rows)
         if why == jets.KEEP:
-            clock.falling += shot.t_surface <= end_s
+            # gravity that comes by kicks may yet turn a rising shot
+            clock.falling += shot.t_surface <= end_s or (surface.kind != 0 and pulled)
             if surface.kind == 0:
                 clock.lowest = min(clock.lowest, z / shot.radius)
             continue

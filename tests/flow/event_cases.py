@@ -1,0 +1,101 @@
+"""What the tests of the event-driven flow share: arrivals by hand and a slow, independent reference."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scenes import bare_scene
+
+from glue.flow.arrivals import COLUMNS
+from glue.flow.tangential import impulse_across
+
+PLAIN = dict(shot_shot=0.8)
+
+
+def shots(*rows) -> np.ndarray:
+    """Arrivals from rows (time, position, velocity) or (time, position, velocity, diameter, density)."""
+    arrivals = np.zeros(len(rows), COLUMNS)
+    for i, (time, position, velocity, *body) in enumerate(rows):
+        diameter, density = body or (1e-3, 7800.0)
+        arrivals[i] = (i, time, *position, *velocity, diameter, density, 0, 0, 0)
+    return arrivals
+
+
+def smooth_scene(mu=0.0, **changes):
+    """``bare_scene`` with friction ``mu`` on both sides."""
+    import dataclasses
+
+    scene = bare_scene(**changes)
+    return dataclasses.replace(
+        scene, friction=dataclasses.replace(scene.friction, shot_target=mu, shot_shot=mu)
+    )
+
+
+def march(arrivals, e_target, e_shots, mu, until_s):
+    """First impacts {shot_id: (time, velocity in, velocity out, spin out)} by searching all pairs at every event.
+
+    Everything moves at every event, nothing is remembered, no shot is ever dropped: as simple as it can be.
+    """
+    n = len(arrivals)
+    r = 0.5 * arrivals["diameter_m"]
+    m = arrivals["density_kg_m3"] * 4.0 / 3.0 * math.pi * r**3
+    v = np.column_stack([arrivals[c] for c in ("vx_m_s", "vy_m_s", "vz_m_s")])
+    t_in = arrivals["time_s"] - 1.25 * 2.0 * r.max() / np.linalg.norm(v, axis=1)
+    x = (
+        np.column_stack([arrivals[c] for c in ("x_m", "y_m", "z_m")])
+        + v * (t_in - arrivals["time_s"])[:, None]
+    )
+    w = np.zeros((n, 3))
+    now, inside, impacts = t_in.min(), np.zeros(n, bool), []
+    while now < until_s:
+        best, what = until_s, None
+        waiting = np.flatnonzero(~inside)
+        if len(waiting):
+            k = waiting[np.argmin(t_in[waiting])]
+            best, what = t_in[k], ("enters", k, None)
+        ids = np.flatnonzero(inside)
+        for a, i in enumerate(ids):
+            if v[i, 2] < 0.0 and now + (x[i, 2] - r[i]) / -v[i, 2] < best:
+                best, what = now + (x[i, 2] - r[i]) / -v[i, 2], ("strikes", i, None)
+            for j in ids[a + 1 :]:
+                d, u = x[j] - x[i], v[j] - v[i]
+                b = d @ u
+                if b < 0.0 and (root := b * b - u @ u * (d @ d - (r[i] + r[j]) ** 2)) > 0.0:
+                    t = now + (-b - math.sqrt(root)) / (u @ u)
+                    if t < best:
+                        best, what = t, ("meets", i, j)
+        x[inside] += v[inside] * (best - now)
+        now = best
+        if what is None:
+            break
+        kind, i, j = what
+        if kind == "enters":
+            inside[i] = True
+        elif kind == "strikes":
+            before = v[i].copy()
+            _bounce(i, None, np.array([0.0, 0.0, -1.0]), x, v, w, r, m, e_target, mu)
+            impacts.append((int(arrivals["shot_id"][i]), now, *before, *v[i], *w[i]))
+        else:
+            d = x[j] - x[i]
+            _bounce(i, j, d / np.linalg.norm(d), x, v, w, r, m, e_shots, mu)
+    return np.array(impacts)
+
+
+def _bounce(i, j, n, x, v, w, r, m, e, mu):
+    """Instant contact of i with j (None: the resting target), n from i towards it."""
+    slip = v[i] + np.cross(w[i], r[i] * n)
+    inverse = 1.0 / m[i]
+    if j is not None:
+        slip = slip - v[j] - np.cross(w[j], -r[j] * n)
+        inverse += 1.0 / m[j]
+    gn = slip @ n
+    gt = slip - gn * n
+    size = np.linalg.norm(gt)
+    impulse = -(1.0 + e) * gn / inverse * n
+    if size > 0.0:
+        impulse = impulse - impulse_across(gn, size, e, mu) / inverse * gt / size
+    for body, sign in ((i, 1.0), (j, -1.0)):
+        if body is not None:
+            v[body] += sign * impulse / m[body]
+            w[body] += np.cross(r[body] * n, impulse) / (0.4 * m[body] * r[body] ** 2)

@@ -12,6 +12,7 @@ angle both ellipses are equal and shifted against each other along the lean by z
 diverging jet's rebounds spread on, faster per height by 1/e than they came.
 
 Linear in u: exact for parallel jets, to first order in the half-angle for diverging ones.
+Standard library and numpy only: YADE's interpreter imports this too.
 """
 
 from __future__ import annotations

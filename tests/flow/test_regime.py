@@ -131,7 +131,7 @@ def test_auto_physics_by_its_number(make_scene):
     assert fast.scene.gravity is None and fast.choices["gravity"].model == "off"
     slow = resolve_physics(make_scene(gravity=gravity, speed_m_s=5.0))
     assert slow.scene.gravity == dataclasses.replace(gravity, auto=False)
-    assert slow.choices["gravity"].model == "on" and "0.078" in slow.choices["gravity"].why
+    assert slow.choices["gravity"].model == "on" and "by 0.2 " in slow.choices["gravity"].why
     light = resolve_physics(make_scene(air_drag=air, diameter_m=0.1e-3, density_kg_m3=2500.0))
     assert light.scene.air_drag is not None and not light.scene.air_drag.auto
     asked = resolve_physics(make_scene(gravity=Gravity(9.81)))

@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 import pytest
-from bodies import box
+from part_shapes import box
 from scipy.integrate import solve_ivp
 
 from glue.flow.arrivals import COLUMNS, draw_arrivals

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bodies import box, cylinder, step
+from part_shapes import box, cylinder, step
 
 from glue.errors import InputError
 from glue.flow import surface as surfaces
@@ -300,7 +300,7 @@ SHARED = """
 import sys
 sys.path[:0] = sys.argv[1:]
 import random
-from bodies import cylinder, step
+from part_shapes import cylinder, step
 from glue.flow import drag, jets, restitution, tangential, touch
 from glue.flow.surface import TargetSurface, check_triangles
 random.seed(1)

@@ -130,7 +130,7 @@ def impact(world, grid, physics, surface, arrivals, rows, i, t):
         row.shot_id, row.time_s, row.duration_s, row.peak_force_N = arrival.shot_id, t, 0.0, math.nan
         row.x_m = shot.x - shot.radius * nx
         row.y_m = shot.y - shot.radius * ny
-        row.z_m = shot.z - shot.radius * nz
+        row.z_m = shot.z - shot.radius * nz if surface.kind != 0 else 0.0
         row.nx, row.ny, row.nz = nx, ny, nz
         row.vx_in_m_s, row.vy_in_m_s, row.vz_in_m_s = shot.vx, shot.vy, shot.vz
         row.wx_in_rad_s, row.wy_in_rad_s, row.wz_in_rad_s = shot.wx, shot.wy, shot.wz

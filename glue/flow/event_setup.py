@@ -19,7 +19,7 @@ INLET_DIAMETERS = 1.25
 # after a shot's last one loses no energy across its normal.  Luding and McNamara (1998) take the duration of a
 # contact; this is some hundredth of it, so that it leaves the collisions of a dense stream alone.
 GUARD_DIAMETERS = 1e-3
-ALL_PAIRS_BELOW = 300  # expected live shots; fewer stand in one cell
+ALL_PAIRS_BELOW = 150  # expected live shots; fewer stand in one cell
 SHOTS_PER_CELL = 1.0
 STRETCH = 8.0  # length over width of a cell along the jet: shots fly that way, crossings are rarer
 MAX_CELLS = 1 << 20

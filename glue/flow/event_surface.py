@@ -21,13 +21,22 @@ touch_edge = part(touch.touch_edge)
 touch_corner = part(touch.touch_corner)
 
 
+LEAF = 4  # triangles in the innermost boxes
+
+
 class Shape(NamedTuple):
     """A ``TargetSurface`` as plain arrays."""
 
     kind: int  # 0 plane, 1 cylinder, 2 triangles
     radius_m: float
     axis: int
-    balls: np.ndarray  # (m, 4) bounding spheres of the triangles: middle, radius [m]
+    boxes: (
+        np.ndarray
+    )  # (k, 6) tree of boxes around triangles: lower, upper corner [m]; children follow parents
+    beyond: np.ndarray  # (k,) the next box that is not inside this one
+    leaves: (
+        np.ndarray
+    )  # (k, 2) first and last + 1 of the box's own rows below; empty but in the innermost boxes
     faces: np.ndarray  # as in triangles.features
     edges: np.ndarray
     corners: np.ndarray
@@ -38,34 +47,62 @@ class Shape(NamedTuple):
 def shape_of(surface: TargetSurface) -> Shape:
     """The arrays of ``surface``."""
     if surface.kind in (PLANE, CYLINDER):
-        no_rows, no_index = np.zeros((0, 1)), np.zeros((0, 3), np.int64)
         kind = 0 if surface.kind == PLANE else 1
+        rows, numbers, index = np.zeros((0, 1)), np.zeros(0, np.int64), np.zeros((0, 2), np.int64)
         return Shape(
-            kind,
-            surface.radius_m,
-            surface.axis_number,
-            no_rows,
-            no_rows,
-            no_rows,
-            no_rows,
-            no_index,
-            no_index,
+            *(
+                kind,
+                surface.radius_m,
+                surface.axis_number,
+                rows,
+                numbers,
+                index,
+                rows,
+                rows,
+                rows,
+                index,
+                index,
+            )
         )
     f = surface.features
-    low, high = surface.triangles.min(axis=1), surface.triangles.max(axis=1)
-    middle = 0.5 * (low + high)
-    reach = np.sqrt(((surface.triangles - middle[:, None]) ** 2).sum(axis=2).max(axis=1))
+    boxes, beyond, leaves, order = _tree(surface.triangles)
     return Shape(
         2,
         0.0,
         0,
-        np.column_stack([middle, reach]),
-        np.ascontiguousarray(f.faces, float),
+        boxes,
+        beyond,
+        leaves,
+        np.ascontiguousarray(f.faces[order], float),
         np.ascontiguousarray(f.edges, float).reshape(-1, 7),
         np.ascontiguousarray(f.corners, float).reshape(-1, 3),
-        _padded(f.face_edges),
-        _padded(f.face_corners),
+        _padded(f.face_edges)[order],
+        _padded(f.face_corners)[order],
     )
+
+
+def _tree(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """(boxes, beyond, leaves) of ``Shape`` and the order of the triangles in it: halves of halves, widest side."""
+    low, high = triangles.min(axis=1), triangles.max(axis=1)
+    boxes, beyond, leaves, order = [], [], [], []
+
+    def grow(some: np.ndarray) -> None:
+        k = len(boxes)
+        boxes.append([*low[some].min(axis=0), *high[some].max(axis=0)])
+        beyond.append(0)
+        leaves.append([0, 0])
+        if len(some) <= LEAF:
+            leaves[k] = [len(order), len(order) + len(some)]
+            order.extend(some.tolist())
+        else:
+            middle = (low + high)[some]
+            some = some[np.argsort(middle[:, np.ptp(middle, axis=0).argmax()], kind="stable")]
+            grow(some[: len(some) // 2])
+            grow(some[len(some) // 2 :])
+        beyond[k] = len(boxes)
+
+    grow(np.arange(len(triangles)))
+    return np.array(boxes), np.array(beyond), np.array(leaves), np.array(order)
 
 
 def _padded(lists) -> np.ndarray:
@@ -108,27 +145,44 @@ def plane_time(shot, gravity):
 def _touch_triangles(shape, shot):
     px, py, pz, vx, vy, vz, r = shot.x, shot.y, shot.z, shot.vx, shot.vy, shot.vz, shot.radius
     best = (math.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    speed2 = vx * vx + vy * vy + vz * vz
-    if speed2 == 0.0:
-        return best
-    for k in range(len(shape.balls)):
-        qx, qy, qz = shape.balls[k, 0] - px, shape.balls[k, 1] - py, shape.balls[k, 2] - pz
-        reach = shape.balls[k, 3] + r * (1.0 + 1e-9)
-        along = (qx * vx + qy * vy + qz * vz) / speed2  # time of passing the middle
-        apart2 = qx * qx + qy * qy + qz * qz
-        if apart2 - along * along * speed2 > reach * reach or along < 0.0 and apart2 > reach * reach:
+    k = 0
+    while k < len(shape.boxes):
+        if not _passes(shape.boxes[k], px, py, pz, vx, vy, vz, r, best[0]):
+            k = shape.beyond[k]
             continue
-        hit = touch_face(px, py, pz, vx, vy, vz, r, shape.faces[k])
-        if hit[0] < best[0]:
-            best = hit
-        for e in shape.face_edges[k]:
-            if e >= 0:
-                hit = touch_edge(px, py, pz, vx, vy, vz, r, shape.edges[e])
-                if hit[0] < best[0]:
-                    best = hit
-        for c in shape.face_corners[k]:
-            if c >= 0:
-                hit = touch_corner(px, py, pz, vx, vy, vz, r, shape.corners[c])
-                if hit[0] < best[0]:
-                    best = hit
+        for row in range(shape.leaves[k, 0], shape.leaves[k, 1]):
+            hit = touch_face(px, py, pz, vx, vy, vz, r, shape.faces[row])
+            if hit[0] < best[0]:
+                best = hit
+            for e in shape.face_edges[row]:
+                if e >= 0:
+                    hit = touch_edge(px, py, pz, vx, vy, vz, r, shape.edges[e])
+                    if hit[0] < best[0]:
+                        best = hit
+            for c in shape.face_corners[row]:
+                if c >= 0:
+                    hit = touch_corner(px, py, pz, vx, vy, vz, r, shape.corners[c])
+                    if hit[0] < best[0]:
+                        best = hit
+        k += 1
     return best
+
+
+@part
+def _passes(box, px, py, pz, vx, vy, vz, r, latest):
+    """Whether a sphere's centre comes within ``r`` of the box (as seen along each axis) before ``latest``."""
+    reach = r * (1.0 + 1e-9)
+    begin, end = _span(box[0] - reach - px, box[3] + reach - px, vx, 0.0, latest)
+    begin, end = _span(box[1] - reach - py, box[4] + reach - py, vy, begin, end)
+    begin, end = _span(box[2] - reach - pz, box[5] + reach - pz, vz, begin, end)
+    return begin <= end
+
+
+@part
+def _span(low, high, v, begin, end):
+    """The part of [begin, end] in which v t lies in [low, high]; empty (begin > end) if there is none."""
+    if v == 0.0:
+        return (begin, end) if low <= 0.0 <= high else (math.inf, -math.inf)
+    if v < 0.0:
+        low, high = high, low
+    return max(begin, low / v), min(end, high / v)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -9,8 +10,6 @@ from scenes import bare_scene
 
 from glue.flow.arrivals import COLUMNS
 from glue.flow.tangential import impulse_across
-
-PLAIN = dict(shot_shot=0.8)
 
 
 def shots(*rows) -> np.ndarray:
@@ -24,8 +23,6 @@ def shots(*rows) -> np.ndarray:
 
 def smooth_scene(mu=0.0, **changes):
     """``bare_scene`` with friction ``mu`` on both sides."""
-    import dataclasses
-
     scene = bare_scene(**changes)
     return dataclasses.replace(
         scene, friction=dataclasses.replace(scene.friction, shot_target=mu, shot_shot=mu)

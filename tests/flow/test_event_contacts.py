@@ -10,7 +10,7 @@ from numba import njit
 from scenes import bare_scene
 
 from glue.errors import NotConverged
-from glue.flow import event_kernels, event_setup
+from glue.flow import event_kernels, event_setup, event_surface
 from glue.flow.arrivals import draw_arrivals
 from glue.flow.drag import slowed, speed_after_flight, surroundings
 from glue.flow.event_checks import check_run
@@ -243,3 +243,31 @@ def _block(size, n):
                         corners.reverse()
                     triangles += [[corners[0], corners[1], corners[2]], [corners[0], corners[2], corners[3]]]
     return np.array(triangles) - [0.0, 0.0, 0.5 * size]
+
+
+@njit
+def _foresee(shape, shots):
+    for i in range(len(shots)):
+        event_surface.foresee_touch(shape, shots[i], (0.0, 0.0, 0.0))
+
+
+def test_the_tree_of_boxes_finds_what_a_search_of_all_triangles_finds():
+    """Spheres flying at, past and away from a block from everywhere, against ``TargetSurface.touch``."""
+    surface = TargetSurface("triangles", triangles=_block(0.02, 5))
+    rng = np.random.default_rng(5)
+    shots = np.zeros(300, SHOT)
+    outside = rng.normal(size=(300, 3))
+    outside *= 0.04 / np.linalg.norm(outside, axis=1)[:, None]
+    aims = rng.uniform(-0.015, 0.015, (300, 3)) - outside
+    aims[::7, 0] = 0.0  # along a plane of boxes
+    for record, p, v in zip(shots, outside, aims):
+        record["x"], record["y"], record["z"] = p[0], p[1], p[2] - 0.01
+        record["vx"], record["vy"], record["vz"] = v * 1e3
+    shots["radius"] = rng.uniform(0.1e-3, 3e-3, 300)
+    _foresee(event_surface.shape_of(surface), shots)
+    for record in shots:
+        t, _, n = surface.touch(*([record[q + a] for a in "xyz"] for q in ("", "v")), record["radius"])
+        assert record["t_surface"] == t
+        if t < math.inf:
+            np.testing.assert_allclose([record["n" + a] for a in "xyz"], n, atol=1e-12)
+    assert 150 < np.isfinite(shots["t_surface"]).sum() < 290

@@ -1,6 +1,5 @@
 """Event-driven flow: closed forms, an independent reference, its own conservation laws, stopping and going on."""
 
-import dataclasses
 import math
 
 import numpy as np
@@ -17,7 +16,7 @@ from glue.flow.event_state import Grid
 from glue.flow.impacts import COLUMNS, normal_speed_m_s
 from glue.flow.restitution import RestitutionLaw
 from glue.flow.surface import TargetSurface
-from glue.scene.model import SpotHardening
+from glue.scene.model import Gravity, SpotHardening
 
 PLANE = TargetSurface()
 LAW = RestitutionLaw(0.6)
@@ -85,7 +84,7 @@ def test_the_cells_do_not_change_a_bit():
 
 def test_elastic_smooth_shots_keep_their_energy():
     scene = smooth_scene(mass_flow_kg_s=1.0, exposure_time_s=0.008, shot_shot=1.0)
-    impacts, info = run_event(scene, draw_arrivals(scene), RestitutionLaw(1.0), PLANE)
+    _, info = run_event(scene, draw_arrivals(scene), RestitutionLaw(1.0), PLANE)
     assert info["shot_shot_collisions"] > 2000
     assert info["energy_left_over_fed"] == pytest.approx(1.0, abs=1e-9)
     assert info["worst"]["momentum"] < 1e-12
@@ -116,7 +115,7 @@ def test_equal_elastic_shots_in_line_hand_on_their_speeds():
     """The fast last one pushes through: each collision carries its speed forward by one diameter."""
     scene = smooth_scene(shot_shot=1.0)
     line = [(t, (0.0, 0.0, 0.1), (0.0, 0.0, -v)) for t, v in ((0.0, 20.0), (0.0005, 25.0), (0.001, 60.0))]
-    impacts, info = run_event(scene, shots(*line), LAW, PLANE)
+    impacts, _ = run_event(scene, shots(*line), LAW, PLANE)
     first = impacts[0]
     assert first["shot_id"] == 0
     assert first["vz_in_m_s"] == pytest.approx(-60.0, rel=1e-12)
@@ -125,7 +124,7 @@ def test_equal_elastic_shots_in_line_hand_on_their_speeds():
 
 def test_shots_bounce_under_gravity_until_they_rest():
     """Closed form: speed sqrt(v^2 + 2 g h) at first touch, then e^k of it, 2 v / g between touches."""
-    scene = smooth_scene(gravity=_gravity(9.81), speed_m_s=0.5)
+    scene = smooth_scene(gravity=Gravity(9.81), speed_m_s=0.5)
     law = RestitutionLaw(0.5)
     impacts, info = run_event(scene, shots((0.0, (0.0, 0.0, 0.1), (0.0, 0.0, -0.5))), law, PLANE)
     speed = math.sqrt(0.5**2 + 2.0 * 9.81 * 0.0995)
@@ -179,7 +178,7 @@ def test_going_on_from_a_checkpoint_changes_no_bit(tmp_path, monkeypatch):
     monkeypatch.setattr(event_driven, "ROWS", 61)
     for stop_after in (2, 5, 9):
         calls = iter(range(stop_after))
-        monkeypatch.setattr(stopping, "check", lambda: next(calls))  # raises at last, as Ctrl-C would
+        monkeypatch.setattr(stopping, "check", calls.__next__)  # raises at last, as Ctrl-C would
         with pytest.raises(StopIteration):
             run_event(scene, arrivals, law, PLANE, checkpoint=file, checkpoint_every_s=0.0)
         assert file.exists()
@@ -225,9 +224,3 @@ def test_progress_rises_to_the_end(monkeypatch):
 def test_no_shots_are_refused():
     with pytest.raises(InputError, match="no shot leaves"):
         run_event(bare_scene(), shots(), LAW, PLANE)
-
-
-def _gravity(acceleration):
-    from glue.scene.model import Gravity
-
-    return Gravity(acceleration)

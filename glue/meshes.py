@@ -55,8 +55,8 @@ def read_triangles(path: Path) -> tuple[np.ndarray, np.ndarray, dict[str, np.nda
 def read_surface(path: Path) -> np.ndarray:
     """Triangles (m, 3, 3) [m] of an STL file (text or binary), corners as its author ordered them.
 
-    Raises InputError for a missing or damaged file, or one without triangles; whether they make a closed surface
-    is for ``glue.flow.triangles`` to say.
+    Raises InputError for a missing or damaged file, or one without triangles; whether they make a closed
+    surface is for ``glue.flow.triangles`` to say.
     """
     try:
         with np.errstate(over="ignore"):  # meshio takes four letters of a text file for a number of triangles

@@ -125,7 +125,7 @@ def _fly(shots, shape, stretch_s, longest_s, around):
         now = 0.0
         while now < longest_s:
             x, y, z, v = shot.x, shot.y, shot.z, (shot.vx, shot.vy, shot.vz)
-            # the chord to where the shot is a stretch later; if it touches, the chord to that moment, and so on
+            # the chord to where the shot is a stretch later; if it touches, that to the touch, and so on
             span = stretch_s
             for _ in range(8):
                 mean, end = _mean_velocity(shot, v, span, around)

@@ -133,8 +133,8 @@ def slowed(vx, vy, vz, tau_s, diameter_m, density_kg_m3, around):
 def kick_interval_s(scene, loss: float = KICK_LOSS, bend: float = KICK_BEND) -> float:
     """Time [s] between kicks; inf without drag and gravity.
 
-    In it no shot of the scene changes its velocity by more than ``loss`` times the slowest nozzle's speed, nor
-    leaves its straight stretch by more than ``bend`` smallest diameters (a stretch of T under a is off by a T^2/8).
+    In it no shot changes its velocity by more than ``loss`` times the slowest nozzle's speed, nor leaves its
+    straight stretch by more than ``bend`` smallest diameters (under an acceleration a by a T^2 / 8).
     """
     around = surroundings(scene)
     strongest = math.hypot(around.gravity_x_m_s2, around.gravity_y_m_s2, around.gravity_z_m_s2)
@@ -153,7 +153,7 @@ def kick_interval_s(scene, loss: float = KICK_LOSS, bend: float = KICK_BEND) -> 
 def speed_after_flight(
     speed_m_s: float, distance_m: float, diameter_m: float, density_kg_m3: float, around: Surroundings
 ) -> float:
-    """Speed [m/s] after flying ``distance_m`` along the gas's own axis without gravity; 0 if it never arrives.
+    """Speed [m/s] after flying ``distance_m`` along the gas's axis without gravity; 0 if it never arrives.
 
     ``around`` gives the gas; its velocity component along the flight is its whole speed.
     """

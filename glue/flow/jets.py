@@ -1,8 +1,8 @@
 """Which shots can no longer matter: those that leave, and will meet no jet and no target any more.
 
-A jet is the cone of its undisturbed shots: axis from the exit along the nozzle's direction, radius R(s) = W/2 +
-s tan(half angle) at the distance s from the exit, both widened by a margin.  For a shot in straight flight
-the distance to the axis is convex in time and R(s) linear, so
+A jet is the cone of its undisturbed shots: axis from the exit along the nozzle's direction, radius R(s) =
+W/2 + s tan(half angle) at the distance s from the exit, both widened by a margin.  For a shot in straight
+flight the distance to the axis is convex in time and R(s) linear, so
 
     g(t) = distance - R(s)
 
@@ -10,9 +10,9 @@ is convex: once g > 0 and rising, it stays positive, and the shot never enters t
 that flies away on the nozzle's side of the exit (s < 0), where no shot is yet.  Only collisions among dropped
 shots are lost.
 
-A jet that is fed along counts as at rest (mm/s against m/s).  Straight flight is taken for granted: rising shots
-beside the jet that gravity, or gas blown at the target, would bring down again are dropped too.  They would
-land outside the jet; at 60 m/s and e .5 metres away, light beads in a blast of gas close to it.
+A jet that is fed along counts as at rest (mm/s against m/s).  Straight flight is taken for granted: rising
+shots beside the jet that gravity, or gas blown at the target, would bring down again are dropped too.  They
+would land outside the jet; at 60 m/s and e .5 metres away, light beads in a blast of gas close to it.
 
 Scalar functions on floats and on rows of floats, for numba too.  Standard library only: YADE's interpreter
 imports this.
@@ -37,10 +37,10 @@ def jet_rows(
     scene, time_s: float, margin: float = JET_MARGIN, body_m: float = math.inf
 ) -> list[tuple[float, ...]]:
     """One row per nozzle at ``time_s``: exit (3) [m], direction (3), radius at the exit [m], its growth per
-    metre, distance [m] from the axis at which falling shots are dropped, distance [m] from the exit where the jet ends.
+    metre, distance [m] from the axis where falling shots are dropped, and from the exit where the jet ends.
 
     The radius holds the margin and the largest diameter, so that shots at the jet's edge are met too.
-    ``body_m``: how far the jet's target reaches beyond the aim point along the jet; inf where nothing flies past.
+    ``body_m``: how far the target reaches beyond the aim point along the jet; inf where nothing flies past.
     """
     rows = []
     for nozzle in scene.nozzles:
@@ -67,11 +67,11 @@ def jet_rows(
 
 
 def fate(px, py, pz, vx, vy, vz, leaves, jets):
-    """KEEP, or why the shot at p [m] with velocity v [m/s] can be dropped, towards all ``jets`` (``jet_rows``).
+    """KEEP, or why the shot at p [m] with velocity v [m/s] can be dropped; ``jets`` from ``jet_rows``.
 
     ``leaves``: in straight flight it strikes the target no more (on a plane: vz >= 0).
-    EXIT: it leaves, upstream through an exit's plane.  BESIDE: it leaves, outside every jet for ever.  FAR: it
-    will strike, but far beside every jet and moving away.  PAST: it missed a curved target and flies on.
+    EXIT: it leaves, upstream through an exit's plane.  BESIDE: it leaves, outside every jet for ever.  FAR:
+    it will strike, but far beside every jet and moving away.  PAST: it missed a curved target and flies on.
     """
     upstream = past = 0
     beside = far = True

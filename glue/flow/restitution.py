@@ -89,7 +89,7 @@ def restitution_at(
 
 
 def hardened(e: float, earlier: int, saturated: float, hits: float) -> float:
-    """Restitution ``e`` after ``earlier`` impacts on the same spot, never below ``e``; scalar, for numba too."""
+    """Restitution ``e`` after ``earlier`` impacts on the spot, never below ``e``; scalar, for numba too."""
     return max(e, saturated - (saturated - e) * math.exp(-earlier / hits))
 
 

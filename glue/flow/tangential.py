@@ -55,7 +55,7 @@ def impulse_across(gn_m_s, gt_m_s, e, mu):
 
 
 def slip_on_target(vx, vy, vz, wx, wy, wz, nx, ny, nz, radius_m):
-    """(g_n, slip x, y, z, its size g_t) [m/s] of a sphere that touches the resting target; n outward unit normal.
+    """(g_n, slip x, y, z, its size g_t) [m/s] of a sphere that touches the target; n outward unit normal.
 
     v velocity [m/s], w spin [rad/s]; the touching point is at -radius n from the centre.
     """

@@ -1,8 +1,8 @@
 """When and where a sphere that flies straight first touches a surface: exact, scalar, one function per shape.
 
 Every function takes the sphere's centre p [m], velocity v [m/s] and radius r [m] as floats, then the shape,
-and returns ``(t, x, y, z, nx, ny, nz)``: time to the first touch [s], the touched point of the surface [m] and
-the unit normal there, pointing at the sphere's centre.  t is inf (and the rest 0) when the sphere never
+and returns ``(t, x, y, z, nx, ny, nz)``: time to the first touch [s], the touched point of the surface [m]
+and the unit normal there, pointing at the sphere's centre.  t is inf (and the rest 0) when the sphere never
 touches; it is 0 when it already does and still approaches.  A sphere that moves away touches nothing, so one
 that has just rebounded does not touch again.
 

@@ -16,7 +16,7 @@ SLIVER = 1e-9  # a triangle lower than this times its longest edge has no area
 
 
 class Features(NamedTuple):
-    """What a sphere can touch. Flat and concave edges are left out: the faces beside them are touched first."""
+    """What a sphere can touch. Not flat and concave edges: the faces beside them are touched first."""
 
     faces: (
         np.ndarray
@@ -141,7 +141,7 @@ def check_triangles(triangles) -> list[str]:
 
 
 def placement_problems(triangles: np.ndarray, window_m) -> list[str]:
-    """Whether the part lies as the axes want it: its surface passes through the origin, the window is on it."""
+    """What is wrong with where the part lies: the origin must be on its surface, the window over it."""
     tolerance = 1e-3 * min(window_m)
     size = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
     problems = []
@@ -153,16 +153,16 @@ def placement_problems(triangles: np.ndarray, window_m) -> list[str]:
     if not abs(top) <= tolerance:
         where = f"is {top:.4g} m high there" if np.isfinite(top) else "has no surface above or below it"
         problems.append(
-            f"the surface must pass through the origin, where the jet aims, within {tolerance:.2g} m (a thousandth"
-            f" of the window), its outside towards +z; it {where}"
+            f"the surface must pass through the origin, where the jet aims, within {tolerance:.2g} m (a"
+            f" thousandth of the window), its outside towards +z; it {where}"
         )
     else:
         corners = [(sx * window_m[0] / 2, sy * window_m[1] / 2) for sx in (-1, 1) for sy in (-1, 1)]
         beside = [corner for corner in corners if not np.isfinite(height(triangles, *corner))]
         if beside:
             problems.append(
-                f"the window of {window_m[0]:g} x {window_m[1]:g} m reaches beyond the part: nothing lies below its"
-                f" corner at {_place(beside[0])} m"
+                f"the window of {window_m[0]:g} x {window_m[1]:g} m reaches beyond the part: nothing lies"
+                f" below its corner at {_place(beside[0])} m"
             )
     return problems
 
@@ -179,9 +179,9 @@ def height(triangles: np.ndarray, x: float, y: float) -> float:
 
 
 def nearest(triangles: np.ndarray, n: np.ndarray, point) -> tuple[float, np.ndarray, np.ndarray]:
-    """(distance [m], foot (3,), unit normal (3,)): of a point and the closed surface, the distance negative inside.
+    """(distance [m], negative inside; foot (3,); unit normal (3,)) of a point and a closed surface.
 
-    ``n``: the triangles' ``normals``.  The normal at the foot points at a point outside and away from one inside.
+    ``n``: the triangles' ``normals``.  The normal is the outward one at the foot.
     The sign comes from that one of the nearest triangles whose plane is farthest from the point: at an edge
     or corner the others may face away.
     """

@@ -1,4 +1,4 @@
-"""Closed bodies of triangles for tests, counter-clockwise from outside. Also imported under Debian's Python."""
+"""Closed bodies of triangles for tests, counter-clockwise from outside; Debian's Python imports them too."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def box(low=(-1.0, -1.0, -1.0), high=(1.0, 1.0, 0.0), n: int = 1) -> np.ndarray:
 
 
 def prism(polygon, caps, y0: float, y1: float) -> np.ndarray:
-    """The polygon [(x, z), …], counter-clockwise seen from -y, between y0 and y1; ``caps``: its triangles."""
+    """The polygon [(x, z), …], counter-clockwise from -y, between y0 and y1; ``caps``: its triangles."""
     at = [np.array([(x, y, z) for x, z in polygon]) for y in (y0, y1)]
     triangles = []
     for i in range(len(polygon)):
@@ -37,13 +37,13 @@ def prism(polygon, caps, y0: float, y1: float) -> np.ndarray:
 
 
 def step() -> np.ndarray:
-    """Two boxes in one: x in -1..1, z in -1..0, and on it x in -1..0, z up to 1; y in -1..1. One concave edge."""
+    """Two boxes in one: x in -1..1, z in -1..0, and on it x in -1..0, z to 1; y in -1..1. A concave edge."""
     polygon = [(-1.0, -1.0), (1.0, -1.0), (1.0, 0.0), (0.0, 0.0), (0.0, 1.0), (-1.0, 1.0)]
     return prism(polygon, [(0, 1, 2), (0, 2, 3), (0, 3, 5), (3, 4, 5)], -1.0, 1.0)
 
 
 def cylinder(radius: float = 0.02, length: float = 0.04, n: int = 60, rings: int = 10) -> np.ndarray:
-    """Inscribed in the cylinder along y whose apex line passes through the origin, an edge along that line."""
+    """Inscribed in the cylinder along y with its apex line through the origin, an edge along that line."""
     angles = 2.0 * np.pi * np.arange(n) / n + 0.5 * np.pi
     ys = np.linspace(-0.5 * length, 0.5 * length, rings + 1)
 

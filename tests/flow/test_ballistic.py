@@ -67,7 +67,7 @@ def test_straight_flight_onto_a_plane(make_scene, tmp_path, angle):
 
 
 def test_friction_turns_sideways_speed_into_spin(make_scene):
-    """A grazing impact slides throughout: the impulse across is mu times the normal one, spin 5/2 of it over r."""
+    """A grazing impact slides throughout: across mu times the normal impulse, spin 5/2 of it over r."""
     scene = make_scene(shot_target=0.6)
     scene = dataclasses.replace(scene, friction=model.Friction(shot_target=0.05, shot_shot=0.0))
     (impact,), _ = run_ballistic(scene, shots((0.0, (0.0, 0.0, 0.1), (60.0, 0.0, -10.0), 1e-3)), LAW, PLANE)

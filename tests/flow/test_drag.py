@@ -170,7 +170,7 @@ def test_nothing_to_kick(make_scene):
 
 
 def test_kick_interval_holds_its_promise(make_scene):
-    """No shot of a mixture loses more than KICK_LOSS of the slowest nozzle's speed, nor bends off its line."""
+    """No shot loses more than KICK_LOSS of the nozzle's speed, nor bends off its line."""
     scene = scene_of(make_scene, 0.3e-3, 7800.0, 60.0, gas=40.0)
     around, tau = drag.surroundings(scene), drag.kick_interval_s(scene)
     assert tau < math.inf

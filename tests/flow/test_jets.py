@@ -87,7 +87,7 @@ def test_rows_follow_the_feed(make_scene):
 
 
 def test_past_a_curved_target(make_scene):
-    """A shot of the jet that flies past a shaft never leaves the cone: it is dropped when it is below the body."""
+    """A shot that flies past a shaft never leaves the cone: it is dropped when it is below the body."""
     rows = jets.jet_rows(of(make_scene), 0.0, body_m=0.01)
     assert jets.fate(0.008, 0.0, -0.009, 0.0, 0.0, -60.0, True, rows) == jets.KEEP
     assert jets.fate(0.008, 0.0, -0.011, 0.0, 0.0, -60.0, True, rows) == jets.PAST

@@ -330,7 +330,7 @@ def test_debians_python_gives_the_same_numbers(tmp_path):
 
 
 def test_a_part_of_two_thousand_triangles_answers_quickly():
-    """YADE asks once per shot and flight, in plain Python: a tenth of a millisecond on the machine of record."""
+    """YADE asks once per shot and flight, in plain Python: .06 ms on the machine of record."""
     target = TargetSurface("triangles", triangles=cylinder(n=64, rings=15))
     assert 2000 < len(target.triangles) < 2100
     rng = np.random.default_rng(2)

@@ -66,7 +66,7 @@ def test_impacts_in_yade(e, mu, angle, spin, after):
 
 
 def test_sphere_keeps_its_angular_momentum_about_the_touched_point():
-    """The impulse acts there, so m r x v + I w about it cannot change; nor can energy rise. Random impacts."""
+    """The impulse acts there, so m r x v + I w about it cannot change; nor can energy rise."""
     rng = np.random.default_rng(4)
     for _ in range(300):
         n = rng.normal(size=3)

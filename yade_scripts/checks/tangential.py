@@ -1,9 +1,9 @@
-"""Oblique impacts: the tangential impulse that the event-driven and ballistic flows use, against YADE's contacts.
+"""Oblique impacts: the tangential impulse of the event-driven and ballistic flows against YADE's contacts.
 
 A steel shot strikes the aluminium target, or two shots each other, under 10-85 degrees from the surface, with
-and without spin, over friction .05-.5 and restitution .2-.94.  The table of ``glue.flow.tangential`` is fitted
-again to a part of the impacts on the target (without spin, 60 m/s, friction .05, .2, .5) and printed; the
-one that is in use is held against all others.
+and without spin, over friction .05-.5 and restitution .2-.94.  The table of ``glue.flow.tangential`` is
+fitted again to a part of the impacts on the target (without spin, 60 m/s, friction .05, .2, .5) and printed;
+the one that is in use is held against all others.
 
 Limits, set beforehand, as shares of the slip g_t before the impact: outgoing tangential velocity 3 % rms and
 10 % at most, surface speed of the spin 8 % rms.  Two shots at 60 m/s miss them: while they touch, the line
@@ -45,7 +45,7 @@ def impacts(pair: str, e: float, mu: float, speed: float, shot=STEEL, plate=ALUM
     """One impact for every angle and spin, all far apart in one simulation, at .3 P.
 
     All velocities [m/s] are those of the one body relative to the other: ``gn`` approach, ``vt`` sideways of
-    the centres, ``gt`` slip, ``out`` sideways of the centres after it; ``surface`` is the sum of both spins' after.
+    the centres, ``gt`` slip, ``out`` sideways of the centres after; ``surface`` the sum of the spins' after.
     """
     cases = [(angle, spin) for angle in ANGLES for spin in SPINS]
     dt = 0.3 * p_wave_step_s(DIAMETER, shot)
@@ -79,7 +79,7 @@ def impacts(pair: str, e: float, mu: float, speed: float, shot=STEEL, plate=ALUM
 
 
 def fitted(data: np.ndarray) -> np.ndarray:
-    """Shares at the knots (e, psi) by least squares; at the last psi Coulomb's, 1 / psi, so that nothing jumps."""
+    """Shares at the knots (e, psi) by least squares; at the last psi Coulomb's, 1 / psi: nothing jumps."""
     psi = data["gt"] / (data["mu"] * (1.0 + data["e"]) * data["gn"])
     data, psi = data[psi < PSI_KNOTS[-1]], psi[psi < PSI_KNOTS[-1]]
     weights = hats(data["e"], E_KNOTS)[:, :, None] * hats(psi, PSI_KNOTS)[:, None, :]

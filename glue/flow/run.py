@@ -25,7 +25,7 @@ from glue.flow.restitution import LARGEST, RestitutionLaw
 from glue.flow.table import TableWriter
 from glue.scene.model import Scene
 
-CHECKPOINT = "flow.checkpoint.npz"  # of an event-driven run, gone when it has ended
+CHECKPOINT = "flow.checkpoint.npz"  # gone when the run has ended
 
 
 class FlowResult(NamedTuple):
@@ -69,6 +69,9 @@ def run_flow(
     shape = surface.from_scene(scene, surface_triangles)
     numbers = regime.collision_number(scene, law.e)
     arrivals = _arrivals(scene, arrivals_path, digest, go_on)
+    if not go_on:
+        for stale in out.glob(f"{CHECKPOINT}*"):
+            stale.unlink()
 
     report_path.unlink(missing_ok=True)  # a stopped run must not be explained by an older one's report
     if choice.model == "dem":

@@ -15,7 +15,7 @@ SUDO     := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 export OMP_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup peen test plugin doctor checks bench-dimple readme
+.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow fit-collisions readme
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -59,6 +59,13 @@ checks: plugin ## exact checks of both codes: restitution, Hertz, time step, con
 
 bench-dimple: plugin ## the reference impact alone: values, mesh convergence and time against two codes' agreement
 	$(BIN)/python freefem/checks/run.py --only reference_impact
+
+bench-flow: plugin ## speed and agreement of the flow models, side by side with LIGGGHTS (20 minutes) [FLOW=--only NAME, --quick]
+	$(BIN)/python tests/benchmarks/bench_flow.py $(FLOW)
+
+fit-collisions: plugin ## collisions per shot: fit them to event-driven runs again, measure the error on other scenes
+	@mkdir -p build/bench
+	$(BIN)/python tests/benchmarks/collision_fit.py --json build/bench/collision_fit.json
 
 README_RUNS := $(addprefix build/readme/,fast balanced reference)
 $(README_RUNS): build/readme/%: plugin

@@ -45,7 +45,7 @@ AIR_SCENE = """
 schema = 1
 name = "bench-air"
 seed = 1
-exposure_time_s = 0.05
+exposure_time_s = {exposure_s!r}
 [shots]
 diameter_m = {diameter_m!r}
 density_kg_m3 = 2500.0
@@ -53,7 +53,7 @@ E_Pa = 70e9
 nu = 0.22
 [nozzle]
 speed_m_s = {speed_m_s!r}
-mass_flow_kg_s = {flow_kg_s!r}
+mass_flow_kg_s = 1e-6
 jet_diameter_m = 0.020
 stand_off_m = {stand_off_m!r}
 impact_angle_deg = 90.0
@@ -62,13 +62,13 @@ gas_density_kg_m3 = 1.204
 gas_viscosity_Pa_s = 1.81e-5
 [target]
 material = "al2024-t351"
-window_m = [0.002, 0.002]
+window_m = [0.0003, 0.0003]
 [restitution]
 shot_target = 0.6
 """
 AIR_CASES = {
-    "at the target": {"diameter_m": 1e-4, "speed_m_s": 80.0, "flow_kg_s": 1e-6, "stand_off_m": 0.15},
-    "terminal": {"diameter_m": 5e-5, "speed_m_s": 1.0, "flow_kg_s": 1e-7, "stand_off_m": 0.5},
+    "at the target": {"diameter_m": 1e-4, "speed_m_s": 80.0, "exposure_s": 0.05, "stand_off_m": 0.15},
+    "terminal": {"diameter_m": 5e-5, "speed_m_s": 1.0, "exposure_s": 0.005, "stand_off_m": 0.1},
 }
 
 

@@ -133,11 +133,12 @@ long peenSmall(KN<double> *const &lawArray, KNM<double> *const &strain, KNM<doub
 //   out  (nq x 20): first Piola stress P (rr, rz, zr, zz, tt), then the upper triangle of dP/dF in that order
 // Midpoint rule (Hughes-Winget): h = grad(du) F_mid^-1, de = sym h, w = skew h, stress and backstresses
 // rotated by the exact planar rotation of w; P = det F sigma F^-T.
-long peenAxisym(KN<double> *const &lawArray, KNM<double> *const &grad, KNM<double> *const &stateOld,
+long peenAxisym(KN<double> *const &lawArray, const double &dt, KNM<double> *const &grad, KNM<double> *const &stateOld,
                 KNM<double> *const &stateNew, KNM<double> *const &out) {
-    const int N = 4, S = 3 * N + 1;
+    const int N = 4, S = 3 * N + 2;
     const Law law(*lawArray);
     const long nq = grad->N();
+    (void)dt;
     ffassert(grad->M() == 10 && stateOld->M() == S && stateNew->M() == S && out->M() == 20 && stateNew->N() == nq);
     long failed = 0;
     double old[S], now[S];
@@ -166,6 +167,7 @@ long peenAxisym(KN<double> *const &lawArray, KNM<double> *const &grad, KNM<doubl
         for (int i = 0; i < N; ++i)
             now[i] = old[i] + 2 * law.G * de[i] + (i < 3 ? (law.K - 2 * law.G / 3) * trace : 0);
         if (!returnMap<N>(law, old, now, step)) ++failed;
+        now[S - 1] = old[S - 1];
         for (int i = 0; i < S; ++i) (*stateNew)(k, i) = now[i];
 
         const double J = j2 * F[4];
@@ -217,7 +219,7 @@ void init() {
     Global.Add("peenSmall", "(",
                new OneOperator4_<long, KN<double> *, KNM<double> *, KNM<double> *, KNM<double> *>(peenSmall));
     Global.Add("peenAxisym", "(",
-               new OneOperator5_<long, KN<double> *, KNM<double> *, KNM<double> *, KNM<double> *, KNM<double> *>(
+               new OneOperator6_<long, KN<double> *, double, KNM<double> *, KNM<double> *, KNM<double> *, KNM<double> *>(
                    peenAxisym));
 }
 

@@ -19,7 +19,7 @@ from glue.errors import NotConverged, PeenError
 from glue.scene.model import CombinedHardening, JohnsonCook, Material
 from glue.solvers import run_freefem, versions
 from glue.target.cache import cached_folder, content_key
-from glue.target.driver import Parameter, kernel_flavour, law_table, write_driver
+from glue.target.driver import LAW_COMMENT, Parameter, kernel_flavour, law_table, write_driver
 from glue.target.progress import relay
 from glue.target.tables import read_table
 from glue.theory.impact_scale import REPRESENTATIVE_STRAIN, expected_impact
@@ -125,7 +125,7 @@ def _parameters(material, law, speed, density_kg_m3, elements_per_radius, numeri
     flow_stress = law.flow_stress_Pa(REPRESENTATIVE_STRAIN) * 1e-6
     scale = expected_impact(table[0], table[1], flow_stress, density, speed)
     return [
-        Parameter("real[int]", "law", table, "E nu | A B n | Q b | X1 g1 X2 g2, stresses in MPa"),
+        Parameter("real[int]", "law", table, LAW_COMMENT),
         Parameter("real", "shotDensity", density, "1e6 kg/m3"),
         Parameter("real", "speed", float(speed), "m/s, normal"),
         Parameter("real", "expectedRadius", scale.radius, "estimate of the dimple radius, R: sets the mesh"),

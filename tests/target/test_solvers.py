@@ -59,17 +59,17 @@ int failed = updatePointsSmall(law, strain, s0, s1);
 { ofstream f("status"); f << "ok" << endl << failed << endl; }
 """,
     "axisym": """
-real[int, int] grad(60, 10), a0(60, 13), a1(60, 13), out(60, 20);
+real[int, int] grad(60, 10), a0(60, 14), a1(60, 14), out(60, 20);
 { ifstream f("random.txt");
   for (int k = 0; k < 60; ++k) {
     for (int i = 0; i < 10; ++i) f >> grad(k, i);
-    for (int i = 0; i < 13; ++i) f >> a0(k, i);
+    for (int i = 0; i < 14; ++i) f >> a0(k, i);
   } }
 out = 0;
-int failed = updatePoints(law, grad, a0, a1, out);
+int failed = updatePoints(law, 0., grad, a0, a1, out);
 { ofstream f("out.csv"); f.precision(17); f << "v" << endl;
   for (int k = 0; k < 60; ++k) {
-    for (int i = 0; i < 13; ++i) f << a1(k, i) << endl;
+    for (int i = 0; i < 14; ++i) f << a1(k, i) << endl;
     for (int i = 0; i < 20; ++i) f << out(k, i) << endl;
   } }
 { ofstream f("status"); f << "ok" << endl << failed << endl; }
@@ -97,7 +97,7 @@ def test_compiled_kernels_equal_their_script_twins(tmp_path, kind, law):
         rows = np.hstack([rng.normal(0, 1, (60, 6)) * size, random_states(rng, 6)])
     else:
         old = rng.normal(0, 0.1, (60, 5))
-        rows = np.hstack([old, old + rng.normal(0, 1, (60, 5)) * size, random_states(rng, 4)])
+        rows = np.hstack([old, old + rng.normal(0, 1, (60, 5)) * size, random_states(rng, 4), np.zeros((60, 1))])
     results = {}
     for flavour in ("kernel", "script"):
         folder = tmp_path / flavour
@@ -121,6 +121,7 @@ def test_a_rigid_rotation_turns_stress_and_backstress_and_nothing_else(tmp_path,
     """.4 rad in one step, from rest and from an already turned state: sigma' = Q sigma Q^T, no plastic strain."""
     before, angle = np.array([0.0, 0.3]), 0.4
     state = random_states(np.random.default_rng(2), 4)[:2] * np.r_[[0.3] * 4, 1.0, [0.3] * 8]
+    state = np.hstack([state, [[0.0], [40.0]]])  # temperature: a rotation leaves it as it is
     rows = []
     for start, values in zip(before, state, strict=True):
         grads = [np.array([np.cos(t) - 1, np.sin(t), -np.sin(t), np.cos(t) - 1, 0.0]) for t in (start, start + angle)]
@@ -130,10 +131,10 @@ def test_a_rigid_rotation_turns_stress_and_backstress_and_nothing_else(tmp_path,
     head = write_driver("rotation", [Parameter("real[int]", "law", table, "MPa")], [f"points_axisym_{flavour}.idp"])
     (tmp_path / "driver.edp").write_text(head + _TWINS["axisym"].replace("60", "2"))
     run_freefem(tmp_path / "driver.edp", cwd=tmp_path, log=tmp_path / "log", status=tmp_path / "status")
-    got = read_table(tmp_path / "out.csv")["v"].reshape(2, 33)[:, :13]
+    got = read_table(tmp_path / "out.csv")["v"].reshape(2, 34)[:, :14]
     q = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     for new, old in zip(got, state, strict=True):
-        assert new[4] == old[4]
+        assert (new[4], new[13]) == (old[4], old[13])
         for o in (0, 5, 9):
             turned = q @ np.array([[old[o], old[o + 3]], [old[o + 3], old[o + 1]]]) @ q.T
             assert new[o : o + 4] == pytest.approx([turned[0, 0], turned[1, 1], old[o + 2], turned[0, 1]], abs=1e-10)

@@ -1,12 +1,21 @@
-"""A pipeline of stub stages, for the tests of the engine."""
+"""A pipeline of stub stages, for the tests of the engine; one of real stages behind a stand-in dimple."""
 
 from __future__ import annotations
+
+import dataclasses
+import json
+import sys
+from pathlib import Path
 
 import pytest
 
 from glue.atomic import write_text_atomic
 from glue.study import pipeline
 from glue.study.stage import Stage
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from flow_runs import SCENE, dimple  # noqa: E402
 
 
 class Stubs:
@@ -44,3 +53,29 @@ class Stubs:
 @pytest.fixture
 def stubs():
     return Stubs()
+
+
+@pytest.fixture
+def go(tmp_path):
+    """go(model, nozzle="", target="", flow=...): runs dimple (stand-in), flow, coverage, surface; (run, metrics)."""
+
+    from glue.study.stages import STAGES
+
+    def stand_in(work):
+        dimple().save(work.path / "dimple" / "dimple.npz")
+        return {"dimple": {"radius_m": 0.22e-3}}, ["dimple/dimple.npz"]
+
+    def run(model, nozzle="", target="", flow=0.01, name="run"):
+        scene = SCENE.format(model=model, nozzle=nozzle, target=target, flow=flow)
+        if "feed_speed" in nozzle:
+            scene = scene.replace("exposure_time_s = 0.2\n", "")
+        (tmp_path / "scene.toml").write_text(scene)
+        chosen = {s.name: s for s in STAGES}
+        stages = (
+            Stage("dimple", (), (), ("dimple",), stand_in),
+            *(dataclasses.replace(chosen[n], code=()) for n in ("flow", "coverage", "surface")),
+        )
+        out = pipeline.run(str(tmp_path / "scene.toml"), tmp_path / name, stages=stages)
+        return out, json.loads((out / "metrics.json").read_text())
+
+    return run

@@ -10,7 +10,7 @@ import math
 
 from yade import O
 
-from contact_model import LIVE, PARKED, add_shot, look_for_partners
+from contact_model import LIVE, PARKED, add_shot, look_for_partners, sort_anew
 from flight import Flying, FlowFailed
 
 
@@ -100,5 +100,10 @@ class Bodies:
             raise FlowFailed(f"shot {shot.shot_id} is off its straight flight at t = {now:.6g} s")
 
     def refresh(self) -> None:
-        """After bodies were moved by hand."""
+        """After bodies were moved by hand: have the collider look at every pair (4 us with the few of a pool).
+
+        Looking only at those whose order has changed, as it does by itself, is not enough: two bodies with
+        overlapping boxes that were not to touch (by their masks), then moved together and to touch, show no change.
+        """
+        sort_anew()
         look_for_partners()

@@ -171,6 +171,11 @@ def look_for_partners() -> None:
     O.engines[1]()
 
 
+def sort_anew() -> None:
+    """Have the collider look at every pair when it looks next, not only at those whose order has changed."""
+    O.engines[1].doSort = True
+
+
 def total_force_N(interaction) -> float:
     """Size [N] of the normal contact force, |normalForce - normalViscous|.
 

@@ -19,7 +19,7 @@ import math
 from yade import O
 
 from bodies import Bodies
-from flight import Fleet, Flying
+from flight import Fleet, Flying, FlowFailed
 from forecast import Forecast
 from impact_logger import ImpactLogger
 
@@ -37,6 +37,7 @@ class Leaps:
         self.forecast = Forecast(fleet, bodies.target.landing)
         logger.held, logger.freed = self._held, self._freed
         self.kicks = None  # begins every free flight with a kick, where there is drag or gravity
+        self._landing: dict[Flying, int] = {}  # who is about to strike the target, and in which flight
         self._hold = -1  # step until which the contacts put into YADE must have begun
         self._watch = -1  # step until which no outsider can reach an open contact
 
@@ -74,6 +75,7 @@ class Leaps:
             stop = min(end, self._watch if log.open else self._hold, due)
             self._run(math.floor(stop))
             if not log.open and log.step >= self._hold and self.bodies.shot_of:
+                self._landed()
                 self.bodies.park_all()
 
     def _stage(self, before: int) -> None:
@@ -86,8 +88,16 @@ class Leaps:
                     self.bodies.put(shot, now)
             if len(partners) == 1:
                 self.bodies.target.expect(partners[0], now)
+                self._landing[partners[0]] = partners[0].flight
         self.bodies.refresh()
         self._hold = before + GRACE_STEPS
+
+    def _landed(self) -> None:
+        """Two shots may graze between two steps, but who was about to strike the target must have."""
+        for shot, flight in self._landing.items():
+            if shot.flight == flight:
+                raise FlowFailed(f"shot {shot.shot_id} met the target, but YADE found no contact")
+        self._landing.clear()
 
     def _run(self, stop: int) -> None:
         """Step until ``stop`` or until contacts begin or end."""

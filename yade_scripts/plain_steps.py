@@ -8,6 +8,7 @@ from __future__ import annotations
 from yade import O
 
 from bodies import Bodies
+from contact_model import look_for_partners
 from flight import Fleet, Flying
 from impact_logger import ImpactLogger
 
@@ -36,7 +37,7 @@ class PlainSteps:
             self.kicks.begin(shot, shot.t)
         self.fleet.add(shot)
         self.bodies.put(shot, self.logger.clock())
-        self.bodies.refresh()
+        look_for_partners()
 
     def remove(self, shot: Flying) -> None:
         """``shot``, which is in no contact, leaves the simulation."""

@@ -3,7 +3,7 @@
 Facets that tile the surface make a trap: a shot on the shared edge of two has two contacts (restitution .61
 instead of .70, peak force 25 % high).  Here the touched point and the normal there are foreseen exactly on the
 true surface (``glue.flow.surface``), and a facet is laid there as the tangent plane just before the contact.
-It answers to one shot only (a group mask of its own), so two shots that strike the same spot at once do not
+It answers to one body only (a group mask of its own), so two shots that strike the same spot at once do not
 meet each other's facet either.  Away from the touched point the plane leaves the surface by w^2 / (2 radius of
 curvature): .4 um at a contact radius of .2 mm on a 50 mm cylinder.
 
@@ -34,14 +34,13 @@ class Patch:
             far + Vector3(side / math.sqrt(3.0) * math.cos(a), side / math.sqrt(3.0) * math.sin(a), 0.0)
             for a in (math.radians(d) for d in (90.0, 210.0, 330.0))
         ]
-        self.far, self.bit, self.radius_m = far, 1 << bit, radius_m
+        self.far, self.bit = far, 1 << bit
         self.body = O.bodies.append(utils.facet(corners, material=material, wire=True))
         O.bodies[self.body].mask = self.bit
-        self.shot: Flying | None = None
 
     def lay(self, shot: Flying, begin_s: float, point, normal) -> None:
         """Put the facet under ``shot`` as the plane through ``point`` across ``normal``."""
-        self.shot, self.begin, self.point, self.normal = shot, begin_s, point, normal
+        self.begin, self.point, self.normal = begin_s, point, normal
         state = O.bodies[self.body].state
         state.pos = point
         turn = Quaternion()
@@ -50,7 +49,6 @@ class Patch:
         O.bodies[shot.body].mask |= self.bit
 
     def lift(self) -> None:
-        self.shot = None
         O.bodies[self.body].state.pos = self.far
 
     def struck_by(self, shot: Flying) -> tuple[float, tuple, tuple]:
@@ -69,8 +67,7 @@ class CurvedTarget:
     def __init__(self, surface: TargetSurface, material: int, largest_radius_m: float):
         self.surface, self.material, self.largest = surface, material, largest_radius_m
         self.patches: dict[int, Patch] = {}
-        self._of: dict[int, Patch] = {}  # by shot_id
-        self._idle: list[Patch] = []
+        self._of: dict[int, Patch] = {}  # by the body whose it is
         self.below_m = -surface.lowest_m
 
     def _strike(self, shot: Flying):
@@ -115,23 +112,19 @@ class CurvedTarget:
             self._patch_for(shot).lay(shot, now, point, normal)
 
     def _patch_for(self, shot: Flying) -> Patch:
-        patch = self._of.get(shot.shot_id)
+        """The facet of the body that ``shot`` has: always the same, because the collider forgets no pair that
+        could touch before it has seen the two apart, whatever their masks have become.
+        """
+        patch = self._of.get(shot.body)
         if patch is None:
-            if not self._idle:
-                bit = FIRST_BIT + len(self.patches)
-                if bit > LAST_BIT:
-                    raise FlowFailed(
-                        f"more than {LAST_BIT - FIRST_BIT + 1} shots strike the curved target at once"
-                    )
-                patch = Patch(self.material, self.largest, bit)
-                self.patches[patch.body] = patch
-                self._idle.append(patch)
-            patch = self._of[shot.shot_id] = self._idle.pop()
+            bit = FIRST_BIT + len(self._of)
+            if bit > LAST_BIT:
+                raise FlowFailed(f"more than {LAST_BIT - FIRST_BIT + 1} shots near the curved target at once")
+            patch = self._of[shot.body] = Patch(self.material, self.largest, bit)
+            self.patches[patch.body] = patch
         return patch
 
     def release(self, shot: Flying) -> None:
-        """``shot`` leaves YADE: so does its facet."""
-        patch = self._of.pop(shot.shot_id, None)
-        if patch:
-            patch.lift()
-            self._idle.append(patch)
+        """``shot`` leaves YADE: its facet leaves the target."""
+        if shot.body in self._of:
+            self._of[shot.body].lift()

@@ -26,11 +26,12 @@ from glue.study.flow_stage import refuse_flow, restitution_estimate
 from glue.study.pipeline import choices, default_out
 from glue.study.reference import reference_impact
 
-# YADE crosses free flight in one step and takes small ones only around contacts: so many per contact at
-# dt = 1 P, each so long on one core with what the logger adds (468 000 steps for 15 900 contacts in 13.6 s).
-_STEPS_PER_CONTACT, _STEP_S = 29.0, 29e-6
-# Event-driven: seconds per contact (reference scene: 71 000 events a peening second in .16 s) and to compile.
-_EVENT_S, _COMPILE_S = 5e-6, 1.0
+# YADE, which crosses free flight in one step: seconds per contact at dt = 1 P and to start (24 500 shots with
+# 7500 collisions: 14 s).
+_CONTACT_S, _START_S = 4e-4, 1.5
+# Event-driven: seconds per contact (reference scene: 71 000 events a peening second in .16 s) and to load what was
+# compiled; the first run on a machine compiles for some 20 s.
+_EVENT_S, _LOAD_S = 5e-6, 1.0
 # The target's cell: seconds per impact, unknown and load step (41 impacts, 14 592 unknowns, 3 steps: 54 s).
 _CELL_S = 54.0 / (41 * 14592 * 3)
 _FEW_IMPACTS = 5.0  # below, one impact more or less changes the target's exposure by a fifth and more
@@ -153,13 +154,11 @@ def _warnings(in_cell: float) -> list[str]:
 
 
 def _flow_cost_s(scene: Scene, model: str, restitution: float) -> float:
-    """Wall time [s] of the flow, to a factor of two: in YADE the steps around contacts, at most all steps."""
+    """Wall time [s] of the flow, to a factor of two; contacts of every size take as many steps."""
     contacts = scene.expected_shots * (1.0 + collision_number(scene, restitution)["collisions_per_shot"])
     if model != "dem":
-        return _COMPILE_S + _EVENT_S * contacts
-    shots, dt_over_P = scene.shots, scene.accuracy.flow_dt_over_P
-    p_wave_s = 0.5 * scene.smallest_diameter_m * math.sqrt(shots.density_kg_m3 / shots.E_Pa)
-    return _STEP_S / dt_over_P * min(contacts * _STEPS_PER_CONTACT, scene.exposure_time_s / p_wave_s)
+        return _LOAD_S + _EVENT_S * contacts
+    return _START_S + _CONTACT_S / scene.accuracy.flow_dt_over_P * contacts
 
 
 def _target_cost_s(accuracy: Accuracy, impacts: float) -> float:

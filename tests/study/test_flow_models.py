@@ -76,6 +76,9 @@ def test_the_stl_goes_with_the_run(go, tmp_path):
     assert (out / "block.stl").read_bytes() == (tmp_path / "parts" / "block.stl").read_bytes()
     assert found["flow"]["impacts"] == plane["flow"]["impacts"]
     assert found["coverage"]["final"] == pytest.approx(plane["coverage"]["final"], abs=1e-3)
+    (out / "block.stl").write_bytes(b"damaged")
+    assert go("ballistic", target=STL.format("parts/block.stl"))[1] == found  # nothing new, but the copy is whole again
+    assert (out / "block.stl").read_bytes() == (tmp_path / "parts" / "block.stl").read_bytes()
     (tmp_path / "parts" / "block.stl").unlink()
     (tmp_path / "parts").rmdir()
     stages = tuple(s for s in STAGES if s.name == "coverage")

@@ -19,7 +19,7 @@ from glue.scene.model import Scene
 from glue.surface.window import surface_points
 
 POINTS = 9  # a side, of the raster over which the window's hits are sampled
-_TIMES = 100  # steps of a history that is no straight line
+_TIMES, _TIMES_PULSED = 100, 200  # steps of a history that is no straight line
 
 
 class Hits(NamedTuple):
@@ -74,7 +74,8 @@ def expected_hits(scene: Scene, dimple_area_m2: np.ndarray) -> Hits:
     x, y = (g.ravel() for g in np.meshgrid(width * even, height * even))
     moving = any(nozzle.feed is not None for nozzle in scene.nozzles)
     end = scene.exposure_time_s
-    times = np.linspace(0.0, end, _TIMES + 1) if moving else np.array([0.0, end])
+    pulsed = any(nozzle.pulse is not None for nozzle in scene.nozzles)
+    times = np.linspace(0.0, end, (_TIMES_PULSED if pulsed else _TIMES if moving else 1) + 1)
     shares, hits = number_shares(scene), np.zeros((times.size, x.size))
     for number, (at_x, at_y, facing) in enumerate(_on_aim_level(scene, x, y)):
         area = facing * float(dimple_area_m2[number] @ shares)

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from glue.scene.model import Feed, Surface
+from glue.scene.model import Feed, Pulse, Surface
 from glue.scene.reader import example_path, read_scene
 from glue.study.exposure import Hits, dimple_areas_m2, expected_hits, number_shares
 from glue.theory import avrami
@@ -57,6 +57,14 @@ def test_a_traverse_brings_its_hits_as_it_passes(scene):
     assert not hits.goes_on and hits.at([9.0])[0][middle] == hits.hits[-1][middle]
     final = hits.coverage([3.0])[0]
     assert hits.time_to(final + 1e-6) is None and 1.0 < hits.time_to(0.9 * final) < 2.2
+
+
+def test_a_pulsed_jet_rests_between_its_bursts(scene):
+    """Half of each second on, at twice the flow: all of a second's hits come in its first half."""
+    still = expected_hits(scene, np.array([[AREA]])).hits[-1][0] / 3.0
+    hits = expected_hits(changed(scene, nozzle={"pulse": Pulse("pulsed", 1.0, duty=0.5)}), np.array([[AREA]]))
+    times = [0.3, 0.5, 0.75, 1.0, 1.3, 3.0]
+    assert hits.at(times)[:, 0] == pytest.approx(still * np.array([0.6, 1.0, 1.0, 1.0, 1.6, 3.0]), rel=0.02)
 
 
 def test_coverage_of_an_uneven_window_is_the_mean_over_places():

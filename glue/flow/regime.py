@@ -79,7 +79,10 @@ def collision_number(scene: Scene, restitution: float) -> dict[str, float]:
 
 
 def first_order_collisions(scene: Scene, restitution: float) -> float:
-    """Collisions per shot if none disturbed the next: sum over pairs of clouds (see ``overlap.py``)."""
+    """Collisions per shot if none disturbed the next: sum over pairs of clouds (see ``overlap.py``).
+
+    Without those of rebounds among themselves, most of which are on their way out.
+    """
     rates = [nozzle.mass_flow_kg_s * scene.shots_per_kg for nozzle in scene.nozzles]
     jets = [overlap.incoming(n, rate) for n, rate in zip(scene.nozzles, rates)]
     rebounds = [
@@ -93,10 +96,9 @@ def first_order_collisions(scene: Scene, restitution: float) -> float:
     ]
     section = overlap.cross_section_m2(scene)
     total = sum(overlap.meetings_1_s(jet, cloud, section) for jet in jets for cloud in rebounds)
-    for clouds in (jets, rebounds):
-        for i, a in enumerate(clouds):
-            total += sum(overlap.meetings_1_s(a, b, section) for b in clouds[i + 1 :])
-            total += 0.5 * overlap.meetings_1_s(a, a, section, _overtaking_m_s(a))
+    for i, jet in enumerate(jets):
+        total += sum(overlap.meetings_1_s(jet, other, section) for other in jets[i + 1 :])
+        total += 0.5 * overlap.meetings_1_s(jet, jet, section, _overtaking_m_s(jet))
     return float(total / sum(rates))
 
 
@@ -107,7 +109,10 @@ def crossing_number(scene: Scene) -> float:
     for nozzle in scene.nozzles:
         radius = nozzle.footprint_semi_axes_m[1]
         per_volume = nozzle.mass_flow_kg_s * scene.shots_per_kg / (nozzle.speed_m_s * math.pi * radius**2)
-        total += nozzle.mass_flow_kg_s * per_volume * section * 2.0 * radius
+        once = 2.0 * radius * section * per_volume
+        if nozzle.pulse is not None:  # who is there to be hit left the nozzle in the same burst
+            once *= float(overlap.autocorrelation(nozzle.pulse, 2.0 * radius / nozzle.speed_m_s))
+        total += nozzle.mass_flow_kg_s * once
     return total / scene.mass_flow_kg_s
 
 

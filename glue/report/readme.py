@@ -17,7 +17,8 @@ from pathlib import Path
 
 from glue.errors import InputError, PeenError
 from glue.solvers import repo_root
-from glue.study.rundir import METRICS, STAGE_ORDER, read_manifest
+from glue.study.manifest import read_manifest
+from glue.study.rundir import METRICS, STAGE_ORDER
 from glue.study.summary import summary
 
 FIGURES = ("impact_map", "coverage", "residual_stress", "height_map", "dimple")

@@ -162,7 +162,7 @@ def _flow_cost_s(scene: Scene, model: str, restitution: float) -> float:
 
 
 def _target_cost_s(accuracy: Accuracy, impacts: float) -> float:
-    """Wall time [s] of the target's cell under ``impacts``, to a factor of two; P2 elements, one layer more than per side."""
+    """Wall time [s] of the target's cell, to a factor of two; P2 elements, one layer more than per side."""
     n = accuracy.cell_elements_per_side
     unknowns = 3 * (2 * n) ** 2 * (2 * (n + 1) + 1)
     return _CELL_S * impacts * unknowns * accuracy.cell_load_steps

@@ -55,7 +55,8 @@ def _facts(scene: Scene, c: dict):
     largest = " (largest dimple's)" if len(c["media"]) * len(c["nozzles"]) > 1 else ""
     yield "energy of a shot", f"{c['shot_energy_J'] * 1e3:.3g} mJ{largest}"
     yield "share of the jet's volume", f"{c['solids_fraction_of_jet']:.2g}"
-    yield "dimple radius", f"{c['dimple_radius_estimate_m'] * 1e6:.0f} µm (estimate, energy over flow stress)" + (", the largest" if largest else "")
+    radius = f"{c['dimple_radius_estimate_m'] * 1e6:.0f} µm (estimate, energy over flow stress)"
+    yield "dimple radius", radius + (", the largest" if largest else "")
     hits = c["mean_hits_per_point_estimate"]
     yield "coverage", f"{c['coverage_estimate']:.4f} (estimate, {hits:.2f} hits per point)"
     pi, e, source = c["collision_number"], c["restitution_for_estimates"], c["restitution_source"]

@@ -18,11 +18,10 @@ from typing import Any
 
 from glue.atomic import atomic_path, write_text_atomic
 from glue.errors import InputError, SolverFailed
+from glue.study.manifest import DONE, MANIFEST, SCHEMA, differences, read_manifest
 
-SCHEMA = 1
 STAGE_ORDER = ("dimple", "flow", "coverage", "target", "surface", "report")
-_DONE = ("complete", "in doubt")  # states of a stage whose files are whole
-MANIFEST, METRICS, SCENE, LOCK = "manifest.json", "metrics.json", "scene.toml", ".lock"
+METRICS, SCENE, LOCK = "metrics.json", "scene.toml", ".lock"
 
 
 def digest(value: Any) -> str:
@@ -121,11 +120,11 @@ class RunDirectory:
     @classmethod
     def _continue(cls, path: Path, lock: int, scene: bytes, resolved: dict) -> RunDirectory:
         run = cls(path, read_manifest(path), lock)
-        differences = list(_differences(run.manifest["inputs"], resolved))
-        if differences:
+        changed = list(differences(run.manifest["inputs"], resolved))
+        if changed:
             raise InputError(
                 [f"{path}: holds a run of other inputs, which would get mixed up; choose another --out"]
-                + [f"  {d}" for d in differences]
+                + [f"  {d}" for d in changed]
             )
         if not run.scene_file.is_file() or file_digest(run.scene_file) != run.manifest["scene_sha256"]:
             _write_bytes(run.scene_file, scene)  # the same inputs, as was just found
@@ -151,7 +150,7 @@ class RunDirectory:
     def is_current(self, stage: str, input_hash: str) -> bool:
         """Was ``stage`` completed with exactly these inputs, and are its files still what it wrote?"""
         record = self.manifest["stages"].get(stage)
-        if record is None or record["state"] not in _DONE or record["input_sha256"] != input_hash:
+        if record is None or record["state"] not in DONE or record["input_sha256"] != input_hash:
             return False
         return not self.damaged(stage)
 
@@ -247,62 +246,6 @@ class RunDirectory:
         self.renew_metrics()
 
 
-def read_manifest(path: Path) -> dict:
-    """The manifest of the run directory ``path``. Raises InputError when there is none or it is damaged."""
-    try:
-        manifest = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
-    except (FileNotFoundError, NotADirectoryError):
-        raise InputError(
-            f"{path}: no run directory (it has no {MANIFEST}); peen run SCENE --out {path} makes one"
-        ) from None
-    except (OSError, ValueError) as problem:
-        raise InputError(
-            f"{path / MANIFEST}: cannot be read ({problem}); remove the directory and run again"
-        ) from None
-    if not isinstance(manifest, dict):
-        raise InputError(f"{path / MANIFEST}: is no manifest; remove the directory and run again")
-    if manifest.get("schema") != SCHEMA:
-        raise InputError(
-            f"{path / MANIFEST}: schema {manifest.get('schema')!r}, this version reads {SCHEMA}; run anew"
-        )
-    wrong = [key for key, kind in _KEYS.items() if not isinstance(manifest.get(key), kind)]
-    if not wrong:
-        wrong = [f"stages.{name}" for name, record in manifest["stages"].items() if not _is_record(record)]
-    if wrong:
-        raise InputError(
-            f"{path / MANIFEST}: is damaged ({', '.join(wrong)}); remove the directory and run again"
-        )
-    return manifest
-
-
-# What a manifest must hold for everything that reads it to find it; None stands for "as the scene says".
-_KEYS = {
-    "scene": str,
-    "seed": int,
-    "choices": dict,
-    "defaults_used": list,
-    "preset_argument": str | None,
-    "inputs": dict,
-    "inputs_sha256": str,
-    "scene_sha256": str,
-    "stages": dict,
-}
-
-
-def _is_record(record: Any) -> bool:
-    """Is this what ``begin``, ``finish`` or ``fail`` wrote?"""
-    if not isinstance(record, dict):
-        return False
-    if record.get("state") in ("failed", "started"):
-        return True
-    return (
-        record.get("state") in _DONE
-        and isinstance(record.get("input_sha256"), str)
-        and all(isinstance(record.get(key), dict) for key in ("outputs", "metrics"))
-        and all(isinstance(values, dict) for values in record["metrics"].values())
-    )
-
-
 def _write_bytes(path: Path, content: bytes) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     with atomic_path(path) as part:
@@ -327,15 +270,3 @@ def _lock(path: Path) -> int:
             f"{path}: another peen is at work in it; wait for it or choose another --out"
         ) from None
     return handle
-
-
-def _differences(old: Any, new: Any, key: str = ""):
-    """Sentences "key: there a, here b" for every leaf that differs."""
-    if isinstance(old, dict) and isinstance(new, dict):
-        for name in sorted({*old, *new}):
-            yield from _differences(old.get(name), new.get(name), f"{key}.{name}" if key else name)
-    elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
-        for k, (there, here) in enumerate(zip(old, new, strict=True)):
-            yield from _differences(there, here, f"{key}[{k}]")
-    elif old != new:
-        yield f"{key}: there {json.dumps(old)}, here {json.dumps(new)}"

@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from glue.study.manifest import read_manifest
 from glue.study.rows import ROWS, shown
-from glue.study.rundir import METRICS, STAGE_ORDER, read_manifest
+from glue.study.rundir import METRICS, STAGE_ORDER
 
 
 def summary(path: Path) -> str:

@@ -90,3 +90,26 @@ def test_a_dimple_file_that_is_not_one_is_named(tmp_path, content):
         path.write_bytes(content)
     with pytest.raises(InputError, match="dimple stage"):
         Dimple.load(path)
+
+
+def test_exponents_are_those_of_two_impacts(monkeypatch, tmp_path):
+    """Half the speed: radius sqrt(1/2) as wide, rebound 2^(1/4) as high. Elastoplastic impact has these two powers."""
+    import dataclasses
+
+    from glue.target import dimple as module
+
+    r = np.linspace(0, 2, 2001)
+
+    def solved(material, law, *, speed_m_s, **other):
+        radius = 0.5 * (speed_m_s / 60.0) ** 0.5
+        impact = reduced(r, r**2 - radius**2, YIELDED)
+        return dataclasses.replace(impact, restitution=0.34 * (speed_m_s / 60.0) ** -0.25)
+
+    monkeypatch.setattr(module, "solve_reduced", solved)
+    monkeypatch.setattr(module, "copy_record", lambda *args: None)
+    monkeypatch.setattr(module, "to_si", lambda impact, speed, density, diameter, exponents, wall_s: exponents)
+    material = type("Material", (), {"johnson_cook": None})
+    found = module.solve_dimple(
+        material, speed_m_s=60.0, density_kg_m3=7800.0, diameter_m=1e-3, elements_per_radius=6, workdir=tmp_path
+    )
+    assert found[0] == pytest.approx(0.5, abs=1e-4) and found[1] == pytest.approx(0.25, rel=1e-12)

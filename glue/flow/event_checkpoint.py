@@ -14,15 +14,14 @@ import numpy as np
 
 from glue.atomic import atomic_path
 from glue.errors import InputError
+from glue.flow.event_compile import sources
 from glue.flow.event_state import World
 from glue.flow.impacts import COLUMNS
 
-FORMAT = "event 1"  # changes with the arrays of ``World`` and with what the kernel does with them
-
 
 def key_of(*parts) -> str:
-    """sha256 of arrays (their bytes) and of whatever else has a plain repr: what a run depends on."""
-    digest = hashlib.sha256(FORMAT.encode())
+    """sha256 of what a run depends on: ``parts`` (arrays, tuples of them, what has a plain repr), the kernel."""
+    digest = hashlib.sha256(repr((sources(), COLUMNS)).encode())
     for part in parts:
         for piece in part if isinstance(part, tuple) else (part,):
             digest.update(

@@ -41,6 +41,8 @@ def _run_until(
     for _ in range(budget):
         t_enter = enter_s[clock.fed] if clock.fed < len(enter_s) else math.inf
         t_event = world.queue_s[0] if clock.live > 0 else math.inf
+        if not t_event <= math.inf:
+            return LOST
         t = min(t_enter, t_event, clock.next_sweep)
         if t > stop_s:
             return UNTIL

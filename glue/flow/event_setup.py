@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
+from glue.errors import InputError
 from glue.flow import drag
 from glue.flow.event_kernels import Physics
 from glue.flow.event_state import Grid
+from glue.flow.event_surface import Shape, shape_of
+from glue.flow.jets import jet_rows
 from glue.flow.restitution import RestitutionLaw
 from glue.flow.surface import PLANE, TargetSurface
 
@@ -24,6 +28,62 @@ SHOTS_PER_CELL = 1.0
 STRETCH = 8.0  # length over width of a cell along the jet: shots fly that way, crossings are rarer
 MAX_CELLS = 1 << 20
 ONE_CELL = Grid(0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1, 1, 1)
+
+
+SWEEPS_PER_FLIGHT = 10.0  # looks over all shots (who can be dropped?) in the time from nozzle to target
+SWEEPS_PER_LEG = 100  # so long the jets count as at rest when shots are dropped
+TAIL_FLIGHTS = 20.0  # give up on slow stragglers after this many flights of the stand-off at nozzle speed
+
+
+class Plan(NamedTuple):
+    """All that stays the same during a run; times in s."""
+
+    arrivals: np.ndarray  # in the order in which they enter
+    enter_s: np.ndarray
+    physics: Physics
+    shape: Shape
+    grid: Grid
+    start_s: float
+    fed_s: float  # the last shot has flown to the target
+    end_s: float  # at the latest
+    sweep_s: float  # between two sweeps
+    jet_margin: float
+    body_m: float  # how far the target reaches below z = 0 along the jets
+
+    def leg_ends_s(self, leg: int) -> float:
+        """The run is cut into legs, in each of which the jets count as at rest."""
+        return min(self.start_s + (leg + 1) * SWEEPS_PER_LEG * self.sweep_s, self.end_s)
+
+    def jets(self, scene, leg: int) -> np.ndarray:
+        """The jets in the middle of a leg, rows of ``jets.jet_rows``."""
+        middle = self.start_s + (leg + 0.5) * SWEEPS_PER_LEG * self.sweep_s
+        middle = min(max(middle, 0.0), scene.exposure_time_s)
+        return np.array(jet_rows(scene, middle, self.jet_margin, self.body_m))
+
+
+def plan_run(scene, arrivals, law: RestitutionLaw, surface: TargetSurface, grid, jet_margin: float) -> Plan:
+    """What ``event_driven.run_event`` needs to know. Raises InputError for no arrivals."""
+    if not len(arrivals):
+        raise InputError("no shot leaves the nozzle: raise exposure_time_s or mass_flow_kg_s")
+    odd = [name for name in arrivals.dtype.names if not np.isfinite(arrivals[name]).all()]
+    if odd:
+        raise InputError(f"arrivals: {', '.join(odd)}: every number must be finite")
+    enter_s, arrivals = entries(arrivals)
+    flights_s = [n.stand_off_m / n.speed_m_s for n in scene.nozzles]
+    fed_s = float(arrivals["time_s"].max()) + max(flights_s)
+    return Plan(
+        arrivals=arrivals,
+        enter_s=enter_s,
+        physics=physics_of(scene, law, surface),
+        shape=shape_of(surface),
+        grid=grid or choose_grid(scene, arrivals),
+        start_s=float(enter_s[0]),
+        fed_s=fed_s,
+        end_s=fed_s + TAIL_FLIGHTS * max(flights_s),
+        sweep_s=min(flights_s) / SWEEPS_PER_FLIGHT,
+        jet_margin=jet_margin,
+        body_m=-surface.lowest_m / min(abs(n.direction[2]) for n in scene.nozzles),
+    )
 
 
 def entries(arrivals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

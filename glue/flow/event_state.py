@@ -50,7 +50,7 @@ CLOCK = np.dtype(
     + [
         (name, INTEGER)
         for name in (
-            *("piece", "fed", "live", "peak", "free", "falling", "rows", "spots"),
+            *("leg", "fed", "live", "peak", "free", "falling", "rows", "spots"),
             *("events", "collisions", "struck", "guard_hits", "crossings", "kicks", "void"),
             *("exit", "beside", "far", "past", "inlet", "settled", "never_struck"),
         )
@@ -126,6 +126,9 @@ def with_slots(world: World, slots: int) -> World:
 
 
 def with_spots(world: World, capacity: int) -> World:
-    """The same world with room for at least ``capacity`` spots."""
-    new = capacity - len(world.spots)
-    return world._replace(spots=np.concatenate([world.spots, np.zeros(new, SPOT)])) if new > 0 else world
+    """The same world with room for at least ``capacity`` spots; it doubles, so that growing stays cheap."""
+    old = len(world.spots)
+    if capacity <= old:
+        return world
+    more = np.zeros(max(capacity, 2 * old) - old, SPOT)
+    return world._replace(spots=np.concatenate([world.spots, more]))

@@ -8,11 +8,11 @@ from event_cases import march, shots, smooth_scene
 from scenes import bare_scene
 
 from glue import stopping
-from glue.errors import InputError
+from glue.errors import InputError, NotConverged
 from glue.flow import event_driven
 from glue.flow.arrivals import draw_arrivals
 from glue.flow.event_driven import run_event
-from glue.flow.event_state import Grid
+from glue.flow.event_state import Grid, empty_world
 from glue.flow.impacts import COLUMNS, normal_speed_m_s
 from glue.flow.restitution import RestitutionLaw
 from glue.flow.surface import TargetSurface
@@ -218,9 +218,41 @@ def test_progress_rises_to_the_end(monkeypatch):
     )
     shares = [share for share, _ in told]
     assert len(shares) > 5 and shares == sorted(shares) and 0.0 <= shares[0] and shares[-1] <= 1.0
-    assert "s left" in told[0][1]
+    assert "s left" in told[-1][1]
 
 
 def test_no_shots_are_refused():
     with pytest.raises(InputError, match="no shot leaves"):
         run_event(bare_scene(), shots(), LAW, PLANE)
+
+
+def test_shots_from_nowhere_are_refused():
+    rows = [(0.0, (0.0, 0.0, 0.1), DOWN), (0.001, (0.0, math.nan, 0.1), DOWN)]
+    with pytest.raises(InputError, match="y_m: every number must be finite"):
+        run_event(bare_scene(), shots(*rows), LAW, PLANE)
+
+
+def test_a_shot_that_gets_lost_is_noticed():
+    """A gravity that is no number makes every flight end nowhere."""
+    scene = smooth_scene(gravity=Gravity(math.nan))
+    with pytest.raises(NotConverged, match="not finite"):
+        run_event(scene, shots((0.0, (0.0, 0.0, 0.1), DOWN)), LAW, PLANE)
+
+
+def test_time_that_stands_still_is_noticed():
+    watch, world = event_driven._Watch(), empty_world(ONE_CELL, 0.0)
+    world.clock["now"] = 0.5
+    with pytest.raises(NotConverged, match="t = 0.5 s: shots bounce without end"):
+        for _ in range(100):
+            watch.look(world)
+
+
+def test_no_spot_is_forgotten_when_their_store_grows(monkeypatch):
+    """Each of 40 shots on one spot counts all before it, though there was room for 4 at first."""
+    monkeypatch.setattr(event_driven, "ROWS", 4)
+    law = RestitutionLaw(0.5, hardening=SpotHardening(0.8, 30.0), spot_radius_m=0.2e-3)
+    rows = [(0.01 * k, (0.0, 0.0, 0.1), DOWN) for k in range(40)]
+    impacts, _ = run_event(smooth_scene(), shots(*rows), law, PLANE)
+    np.testing.assert_allclose(
+        impacts["vz_out_m_s"] / 60.0, [law.at_spot(0.5, k) for k in range(40)], rtol=1e-12
+    )

@@ -100,8 +100,8 @@ def numerics(rows: Rows, scratch: Path) -> None:
         ("block twice as large", {"domain_R": 20.0, "domain_radii": 40.0}),
         ("mesh grows half as fast", {"growth": 0.15}),
         ("twice the time steps", {"steps_per_contact": 180.0}),
-        ("contact four times as stiff", {"penalty": 20.0}),
-        ("contact toe half as wide", {"toe": 0.0025}),
+        ("contact four times as stiff", {"penalty": 80.0}),
+        ("contact toe half as wide", {"toe": 0.001}),
         ("Newton a hundred times tighter", {"newton": 1e-7}),
     ):
         got = solve(**changed)

@@ -27,7 +27,8 @@ from target_curved import CurvedTarget
 from target_plane import PlaneTarget
 
 DROPS_PER_FLIGHT = 20  # how often per flight of the shortest stand-off the shots are looked through
-TAIL_FLIGHTS = 20.0  # give up on slow stragglers after this many flights of the longest stand-off
+# Give up on slow stragglers after this many flights of the longest stand-off; plain stepping pays for each.
+TAIL_FLIGHTS, PLAIN_TAIL_FLIGHTS = 300.0, 20.0
 PLAIN_STRIDE = 0.6  # plain stepping asks for contacts this often, in shortest contacts
 # How far a shot may move before the collider looks again, in shot diameters: measured, plain 5 kg/min costs
 # 1.28, 1.40, 1 and 1.17 times as much with .25, .5, 1 and 2.
@@ -100,7 +101,7 @@ class FlowRun:
         self.mover.kicks = self.kicks if self.kicks.stride else None
         flights = [nozzle.stand_off_m / nozzle.speed_m_s for nozzle in scene.nozzles]
         self.look_stride = max(1, round(min(flights) / DROPS_PER_FLIGHT / plan.dt_s))
-        self.tail_s = TAIL_FLIGHTS * max(flights)
+        self.tail_s = (PLAIN_TAIL_FLIGHTS if plain else TAIL_FLIGHTS) * max(flights)
         self.end_s = float(arrivals["time_s"][-1]) + max(flights)
         self.wall_before_s = 0.0
         saved = checkpoint.load(self.file, identity) if go_on and self.file else None

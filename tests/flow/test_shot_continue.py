@@ -51,15 +51,15 @@ def test_killed_twice_and_continued_is_as_never_stopped(tmp_path, case, changes)
     law = tmp_path / "law.json"
     law.write_text(json.dumps({**LAW, "hardening": HARDENING}))
     args = ("--law", str(law), "--checkpoint", "0.05")
-    scene = write_scene(tmp_path, exposure=0.1, **changes)
+    scene = write_scene(tmp_path, exposure=0.06, **changes)
     (tmp_path / "whole").mkdir()
     whole = shot_flow(tmp_path / "whole", "--law", str(law), scene=scene)
     assert not whole.failed, whole.log
     out = tmp_path / "out"
-    kill_after_checkpoint(start(scene, out, *args), out, 2)
+    kill_after_checkpoint(start(scene, out, *args), out, 1)
     rows, _ = read_impacts(out / "impacts.csv.part", allow_truncated=True)
     assert 0 < len(rows) < len(whole.impacts) and not (out / "impacts.csv").exists()
-    kill_after_checkpoint(start(scene, out, *args, "--continue"), out, 3)
+    kill_after_checkpoint(start(scene, out, *args, "--continue"), out, 2)
     again = shot_flow(tmp_path, *args, "--continue", scene=scene)
     assert not again.failed, again.log
     assert (out / "impacts.csv").read_bytes() == (whole.out / "impacts.csv").read_bytes()

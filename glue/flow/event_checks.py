@@ -35,6 +35,7 @@ def run_numbers(world: World) -> dict:
         "events": int(clock["events"]),
         "cell_crossings": int(clock["crossings"]),
         "kicks": int(clock["kicks"]),
+        "void_predictions": int(clock["void"]),
         "worst": {name: float(clock[f"worst_{name}"]) for name in ("gain", "momentum", "overlap")},
     }
 

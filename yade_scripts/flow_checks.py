@@ -29,6 +29,36 @@ def audit(mover) -> None:
     """Every free shot: finite, above the target, apart from the others, and in YADE (if it has a body there)
     as its last contact left it: else a contact was missed. Raises FlowFailed.
     """
+    fleet, now, target = mover.fleet, mover.logger.clock(), mover.bodies.target
+    shots, place = [s for s in fleet.shots if not s.open], fleet.at(now)[:, fleet.free]
+    for shot, where in zip(shots, place.T.tolist()):
+        if not target.depth_m(where) < 0.0:  # this way round, nan fails too
+            raise FlowFailed(f"shot {shot.shot_id} is below the target's surface or lost: {where}")
+        if shot.body >= 0:
+            mover.bodies.check_flight(shot, now)
+    radius = fleet.radius[fleet.free]
+    reach = (radius[:, None] + radius) * (1.0 - MISSED)
+    apart2 = ((place[:, :, None] - place[:, None, :]) ** 2).sum(axis=0)
+    np.fill_diagonal(apart2, math.inf)
+    through = np.argwhere(apart2 < reach * reach)
+    if len(through):
+        a, b = (shots[i].shot_id for i in through[0])
+        raise FlowFailed(f"shots {a} and {b} fly through each other: missed a contact")
+
+
+class Row(NamedTuple):
+    """One check after the run."""
+
+    name: str
+    value: float
+    limit: float
+    passed: bool
+
+
+def audit(mover) -> None:
+    """Every free shot: finite, above the target, apart from the others, and in YADE (if it has a body there)
+    as its last contact left it: else a contact was missed. Raises FlowFailed.
+    """
     fleet, now = mover.fleet, mover.logger.clock()
     place, free = fleet.at(now).T, [s for s in fleet.shots if not s.open]
     for shot in free:

@@ -27,6 +27,7 @@ from target_curved import CurvedTarget
 from target_plane import PlaneTarget
 
 DROPS_PER_FLIGHT = 20  # how often per flight of the shortest stand-off the shots are looked through
+AUDIT_LOOKS = 20  # every so many of these looks all free shots are audited
 # Give up on slow stragglers after this many flights of the longest stand-off; plain stepping pays for each.
 TAIL_FLIGHTS, PLAIN_TAIL_FLIGHTS = 300.0, 20.0
 PLAIN_STRIDE = 0.6  # plain stepping asks for contacts this often, in shortest contacts
@@ -147,9 +148,10 @@ class FlowRun:
         while True:
             if logger.step % self.look_stride == 0:
                 stream.drop()
+                if logger.step % (AUDIT_LOOKS * self.look_stride) == 0:
+                    audit(mover)
                 now = time.monotonic()
                 if now - said > 1.0:
-                    audit(mover)
                     self._say()
                     said = now
                 if self.file and now - saved > self.every and checkpoint.quiet(mover):

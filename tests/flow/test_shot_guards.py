@@ -1,7 +1,7 @@
 """Every guard of the YADE flow, provoked: what would falsify a run is refused before it or caught after."""
 
 import pytest
-from shot_cases import SCRIPTS, S390, shot_flow
+from shot_cases import S390, SCRIPTS, shot_flow
 
 from glue import solvers
 from glue.flow.impacts import read_impacts
@@ -116,6 +116,14 @@ SABOTAGE = {
     "a shot that was forgotten": (
         "run.mover.forecast.renew = lambda *a: None",
         ("below the target's surface",),
+    ),
+    "two shots that fly through each other": (
+        "i = np.arange(20)\n"  # each odd shot 1.2 mm behind an even one, and faster
+        "arrivals['time_s'] = .005 * (i // 2) + i % 2 * 2e-5\n"
+        "arrivals['vz_m_s'] = -58.5 - 1.5 * (i % 2)\n"
+        "run.stream.steps = np.ceil((arrivals['time_s'] - 2.1e-5) / run.plan.dt_s).astype(int)\n"
+        "run.mover.fleet.touches = lambda *a: []",
+        ("fly through each other", "leaves a contact"),  # the audit, or the target that both strike at once
     ),
     "a contact that gains energy": (
         "begin = run.logger._begin\n"

@@ -60,7 +60,7 @@ checks: plugin ## exact checks of both codes: restitution, Hertz, time step, con
 bench-dimple: plugin ## the reference impact alone: values, mesh convergence and time against two codes' agreement
 	$(BIN)/python freefem/checks/run.py --only reference_impact
 
-bench-flow: plugin ## speed and agreement of the flow models, side by side with LIGGGHTS (20 minutes) [FLOW=--only NAME, --quick]
+bench-flow: plugin ## speed and agreement of the flow models, side by side with LIGGGHTS (10 minutes) [FLOW=--only NAME, --quick]
 	$(BIN)/python tests/benchmarks/bench_flow.py $(FLOW)
 
 fit-collisions: plugin ## collisions per shot: fit them to event-driven runs again, measure the error on other scenes

@@ -133,8 +133,10 @@ def run_all(seed: int, wanted: int, label: str) -> list[Sample]:
     for i, (scene, e) in enumerate(scenes):
         samples.append(measured(scene, e))
         left = (time.monotonic() - begun) / (i + 1) * (len(scenes) - i - 1)
-        print(f"\r{label}: {i + 1}/{len(scenes)}, {left:.0f} s left ", end="", file=sys.stderr, flush=True)
-    print(file=sys.stderr)
+        if sys.stderr.isatty():  # one line, written over
+            print(
+                f"\r{label}: {i + 1}/{len(scenes)}, {left:.0f} s left ", end="", file=sys.stderr, flush=True
+            )
     return samples
 
 

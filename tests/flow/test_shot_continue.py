@@ -50,8 +50,8 @@ def kill_after_checkpoint(child, out, number):
 def test_killed_twice_and_continued_is_as_never_stopped(tmp_path, case, changes):
     law = tmp_path / "law.json"
     law.write_text(json.dumps({**LAW, "hardening": HARDENING}))
-    args = ("--law", str(law), "--checkpoint", "0.05")
-    scene = write_scene(tmp_path, exposure=0.06, **changes)
+    args = ("--law", str(law), "--checkpoint", "0.02")
+    scene = write_scene(tmp_path, exposure=0.1, **changes)
     (tmp_path / "whole").mkdir()
     whole = shot_flow(tmp_path / "whole", "--law", str(law), scene=scene)
     assert not whole.failed, whole.log
@@ -80,7 +80,7 @@ def test_killed_twice_and_continued_is_as_never_stopped(tmp_path, case, changes)
 def test_a_checkpoint_of_another_run_is_refused(tmp_path):
     scene = write_scene(tmp_path, exposure=0.2)
     out = tmp_path / "out"
-    kill_after_checkpoint(start(scene, out, "--restitution", "0.6", "--checkpoint", "0.05"), out, 1)
+    kill_after_checkpoint(start(scene, out, "--restitution", "0.6", "--checkpoint", "0.02"), out, 1)
     other = shot_flow(tmp_path, "--restitution", "0.5", "--continue", scene=scene)
     assert other.report["kind"] == "input" and "another restitution" in other.report["cause"]
     log = out / "impacts.csv.part"

@@ -124,7 +124,10 @@ def settled(pi_eff: float, crossing: float, sine: float, restitution: float) -> 
     Numerator: a shot that was hit drifts across the jet and is hit again.  Denominator: it is then no longer
     in the rebounds' way, which counts where jet and rebounds share their path.  Fitted to event-driven runs
     (restitution between shots .8, friction .2): 30-90 degrees, e .3-.8, .02 <= pi_eff <= 2, jets 6 and more
-    diameters wide; ``collision_fit.py`` measures its error on other scenes.
+    diameters wide; ``collision_fit.py`` measures its error on other scenes (4 % rms, 13 % at worst of 200).
+    Beyond the fit, single runs: half angles of 1-10 degrees, Gaussian profiles, 10 % speed spread, mixed media,
+    pulses, restitution between shots .6-.9 and friction 0-.5 within 7 %; two jets that cross where they aim: 27 %
+    too many.
     """
     again = CASCADE * crossing**CASCADE_POWER * sine**2 / math.sqrt(restitution)
     return pi_eff * (1.0 + again) / (1.0 + THINNING * pi_eff * sine**4)

@@ -11,7 +11,7 @@ import pytest
 from glue.errors import InputError
 from glue.flow import regime
 from glue.flow.regime import choose_flow, collision_number, resolve_physics
-from glue.scene.model import AirDrag, Choice, Gravity, Models
+from glue.scene.model import AirDrag, Choice, Gravity, Models, Pulse
 from glue.scene.presets import PRESETS
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
@@ -51,6 +51,24 @@ def test_scenes_that_were_in_no_fit():
     assert max(s.nozzle.impact_angle_deg for s, _ in scenes) == 90.0
     samples = [collision_fit.measured(scene, e) for scene, e in scenes]
     assert collision_fit.errors(samples)["collisions_rms"] < 0.10
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"divergence_half_angle_deg": 5.0, "impact_angle_deg": 45.0, "mass_flow_kg_s": 0.4},
+        {"profile": "gaussian", "impact_angle_deg": 60.0, "mass_flow_kg_s": 0.2},
+        {"speed_cv": 0.1, "impact_angle_deg": 45.0},
+        {"pulse": Pulse("pulsed", 10.0, duty=0.25), "mass_flow_kg_s": 1.0 / 60.0},
+    ],
+)
+def test_beyond_the_fit(make_scene, changes):
+    """What the sampled scenes have not: spreading, peaked, uneven and pulsed jets; 3 % of chance each."""
+    import collision_fit
+
+    scene = make_scene(seed=2, **changes)
+    scene = dataclasses.replace(scene, exposure_time_s=16_000 / scene.shot_rate_1_s)
+    assert collision_fit.errors([collision_fit.measured(scene, 0.6)])["collisions_worst"] < 0.15
 
 
 def test_second_nozzle_adds_its_own_and_what_crosses(make_scene):

@@ -133,7 +133,7 @@ class Dashpots:
         if contact.on_target:
             (shot,) = contact.shots
             speed = -sum(v * n for v, n in zip(contact.vel, contact.normal))
-            e = self.law.at(speed)
+            e = self.law.at(speed, shot.mass / (4.0 / 3.0 * math.pi * shot.radius**3))
             if self.spots:
                 e = self.law.at_spot(e, self.spots.count(contact.point))
                 self.spots.add(contact.point)

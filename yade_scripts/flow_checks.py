@@ -36,8 +36,9 @@ def audit(mover) -> None:
             raise FlowFailed(f"shot {shot.shot_id} is below the target's surface or lost: {where}")
         if shot.body >= 0:
             mover.bodies.check_flight(shot, now)
-    radius = fleet.radius[fleet.free]
-    reach = (radius[:, None] + radius) * (1.0 - MISSED)
+    radius, speed = fleet.radius[fleet.free], fleet.speed[fleet.free]
+    # a contact about to begin is seen a step or two late
+    reach = (radius[:, None] + radius) * (1.0 - MISSED) - (speed[:, None] + speed) * 3.0 * mover.logger.dt
     apart2 = ((place[:, :, None] - place[:, None, :]) ** 2).sum(axis=0)
     np.fill_diagonal(apart2, math.inf)
     through = np.argwhere(apart2 < reach * reach)

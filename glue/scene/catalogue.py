@@ -15,7 +15,8 @@ from pathlib import Path
 
 from glue.errors import InputError
 from glue.scene import sizes
-from glue.scene.model import CombinedHardening, JohnsonCook, Material, Shots
+from glue.scene.laws import CombinedHardening, HardeningTable, JohnsonCook, Material
+from glue.scene.model import Shots
 from glue.theory.hardening import bounded_law
 
 HERE = Path(__file__).resolve().parent
@@ -96,7 +97,9 @@ def material(key: str) -> Material:
     table = material_tables()[key]
     elastic, curve = table["elastic"], table["johnson_cook"]
     density = table.get("density", elastic)
-    johnson_cook = JohnsonCook(*(curve[k] for k in ("A_Pa", "B_Pa", "n", "C", "rate_ref_1_s")))
+    thermal = table.get("thermal", {})
+    numbers = {k: v for k, v in (curve | thermal).items() if k not in ("source", "grade")}
+    johnson_cook = JohnsonCook(**numbers)
     if "combined" in table:
         law = table["combined"]
         pairs = tuple((term["X_Pa"], term["gamma"]) for term in law["backstresses"])
@@ -104,7 +107,8 @@ def material(key: str) -> Material:
         combined_source = f"{law['source']}; grade {law['grade']}"
     else:
         combined, combined_source = derived_combined(johnson_cook), DERIVED_LAW
-    parts = {"elastic": elastic, "Johnson-Cook": curve} | ({"density": density} if "density" in table else {})
+    parts = {"elastic": elastic, "Johnson-Cook": curve}
+    parts |= {name: table[name] for name in ("density", "thermal") if name in table}
     return Material(
         key=key,
         name=table["name"],
@@ -119,9 +123,9 @@ def material(key: str) -> Material:
     )
 
 
-def derived_combined(johnson_cook: JohnsonCook) -> CombinedHardening:
-    """Bounded law for a material that has only its Johnson-Cook curve (evidence grade C)."""
-    return CombinedHardening(*bounded_law(johnson_cook.flow_stress_Pa))
+def derived_combined(curve: JohnsonCook | CombinedHardening | HardeningTable) -> CombinedHardening:
+    """Bounded law for a material that has only its monotonic ``curve`` (evidence grade C)."""
+    return CombinedHardening(*bounded_law(curve.flow_stress_Pa))
 
 
 @functools.cache

@@ -76,7 +76,7 @@ def estimated_dimple_radius_m(shots: Shots, normal_speed_m_s: float, material: M
     Energy over flow stress: a = c d (rho v^2 / Y)^(1/4), Y the flow stress at 10 % plastic strain.
     c = 0.465 from one computed dimple: 0.227 mm, 1 mm shot, 7800 kg/m3, 60 m/s, 2024 (Y = 496 MPa).
     """
-    yield_Pa = material.johnson_cook.flow_stress_Pa(0.1)
+    yield_Pa = material.single_law.flow_stress_Pa(0.1)
     return 0.465 * shots.diameter_m * (shots.density_kg_m3 * normal_speed_m_s**2 / yield_Pa) ** 0.25
 
 

@@ -28,6 +28,8 @@ UNITS: dict[str, tuple[str, tuple[tuple[str, float], ...]]] = {
     "Hz": ("in hertz", (("kHz", 1e3), ("1/min", 1.0 / 60.0))),
     "deg": ("in degrees", (("rad", 180.0 / math.pi),)),
     "1/s": ("in one over seconds", ()),
+    "K": ("in kelvin", ()),
+    "J/kg/K": ("in joules per kilogram and kelvin", (("kJ/kg/K", 1e3),)),
     "": ("a plain number", ()),
     "share": ("a share of one", (("%", 1e-2),)),
 }
@@ -223,6 +225,21 @@ class Word:
         return f"unknown value {quoted(value)};{hint} {self.allowed}"
 
     def convert(self, value: str) -> str:
+        return value
+
+
+@dataclass(frozen=True)
+class Flag:
+    """true or false."""
+
+    default: object = REQUIRED
+    source: str = ""
+    allowed: str = "allowed true, false"
+
+    def problem(self, value: object) -> str | None:
+        return None if isinstance(value, bool) else f"must be true or false, not {kind(value)}; {self.allowed}"
+
+    def convert(self, value: bool) -> bool:
         return value
 
 

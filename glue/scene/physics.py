@@ -1,4 +1,4 @@
-"""Rebound, friction and the optional physics of a flight: gravity and air drag."""
+"""Rebound, friction and the optional physics of a flight (gravity, air drag) and of an impact (rate, inertia, shot)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,17 @@ import math
 
 from glue.scene import schema
 from glue.scene.fields import kind, show
-from glue.scene.model import AirDrag, Friction, Gravity, Restitution, SpotHardening
+from glue.scene.model import (
+    AirDrag,
+    Friction,
+    Gravity,
+    JohnsonCook,
+    Material,
+    Restitution,
+    SpotHardening,
+    StrainRate,
+    Switch,
+)
 from glue.scene.table import Table
 
 
@@ -49,7 +59,12 @@ def read_friction(top: Table) -> Friction | None:
         return None
     table.refuse_others(schema.FRICTION, elsewhere=schema.BELONGS_IN)
     values = table.get_all(schema.FRICTION)
-    return None if None in values.values() else Friction(**values)
+    if None in values.values():
+        return None
+    if values["in_dimple"] and values["shot_target"] == 0.0:
+        table.problem("in_dimple", "has no effect with shot_target = 0; allowed: shot_target above 0, or in_dimple = false")
+        return None
+    return Friction(**values)
 
 
 def read_gravity(top: Table) -> Gravity | None:
@@ -79,6 +94,50 @@ def read_air_drag(top: Table) -> AirDrag | None:
     table.refuse_others(schema.AIR_DRAG, elsewhere=schema.BELONGS_IN)
     values = table.get_all(schema.AIR_DRAG)
     return None if None in values.values() else AirDrag(**values, auto=auto)
+
+
+def read_strain_rate(top: Table, material: Material | None) -> StrainRate | None:
+    """``[strain_rate]``, or "auto"; a block is refused where ``material`` has no number that it could act by."""
+    table, auto = _optional_physics(top, "strain_rate", "laws that know no rate and no heat")
+    if table is None:
+        return None
+    table.refuse_others(schema.STRAIN_RATE, elsewhere=schema.BELONGS_IN)
+    thermal = table.get("thermal", schema.STRAIN_RATE["thermal"])
+    if material is None or thermal is None:
+        return None
+    law = material.single_law
+    if auto:
+        return StrainRate(thermal, auto)
+    if not isinstance(law, JohnsonCook) or law.C == 0.0:
+        why = "C is 0" if isinstance(law, JohnsonCook) else "it has no johnson_cook curve"
+        top.problem("strain_rate", f'has no effect: {material.name} knows no rate ({why}); allowed: no strain_rate block, '
+                    "or a material with johnson_cook.C above 0")  # fmt: skip
+        return None
+    missing = [key for key in ("m", "melting_K", "specific_heat_J_kg_K") if not getattr(law, key)]
+    if thermal and missing:
+        table.problem("thermal", f"{material.name} has no {' and no '.join(missing)}; allowed: false, or a material "
+                      "whose johnson_cook has m, melting_K and specific_heat_J_kg_K")  # fmt: skip
+        return None
+    return StrainRate(thermal)
+
+
+def read_target_inertia(top: Table) -> Switch | None:
+    """``[target_inertia]``, or "auto": a target that carries waves away."""
+    return _read_switch(top, "target_inertia", "a quasi-static target")
+
+
+def read_elastic_shot(top: Table) -> Switch | None:
+    """``[elastic_shot]``, or "auto": a shot that gives way, by its own modulus."""
+    return _read_switch(top, "elastic_shot", "rigid shots in the dimple model")
+
+
+def _read_switch(top: Table, key: str, without: str) -> Switch | None:
+    table, auto = _optional_physics(top, key, without)
+    if table is None:
+        return None
+    for other in table.data:
+        table.problem(other, f"unknown key; [{key}] is an empty block; allowed: no keys")
+    return Switch(auto)
 
 
 def _optional_physics(top: Table, key: str, without: str) -> tuple[Table | None, bool]:

@@ -17,9 +17,12 @@ from glue.scene.model import Accuracy, Choice, Models, Scene
 from glue.scene.nozzles import feed_says, read_exposure, read_nozzles
 from glue.scene.physics import (
     read_air_drag,
+    read_elastic_shot,
     read_friction,
     read_gravity,
     read_restitution,
+    read_strain_rate,
+    read_target_inertia,
 )
 from glue.scene.presets import PRESETS
 from glue.scene.table import Log, Table
@@ -57,6 +60,8 @@ def read_scene(path: Path | str, *, preset: str | None = None, content: bytes | 
     target = read_target(top, path)
     restitution, friction = read_restitution(top), read_friction(top)
     gravity, air_drag = read_gravity(top), read_air_drag(top)
+    strain_rate = read_strain_rate(top, target.material if target else None)
+    target_inertia, elastic_shot = read_target_inertia(top), read_elastic_shot(top)
     models = _read_models(top)
     accuracy = _read_accuracy(top, preset)
 
@@ -79,6 +84,9 @@ def read_scene(path: Path | str, *, preset: str | None = None, content: bytes | 
         arrivals=head["arrivals"],
         gravity=gravity,
         air_drag=air_drag,
+        strain_rate=strain_rate,
+        target_inertia=target_inertia,
+        elastic_shot=elastic_shot,
         defaults_used=tuple(log.defaults),
     )
 

@@ -6,7 +6,7 @@ a wrong unit.  Grades of sources: D derived, A read, B quoted, C from memory or 
 
 from __future__ import annotations
 
-from glue.scene.fields import Integer, Number, Ratio, Text, Vector, Word
+from glue.scene.fields import Flag, Integer, Number, Ratio, Text, Vector, Word
 from glue.scene.presets import DEFAULT_PRESET, PRESETS
 
 SCHEMA = 1
@@ -33,7 +33,8 @@ TOP = {
     ),
 }
 TABLES = (
-    *("shots", "nozzle", "target", "restitution", "friction", "gravity", "air_drag", "models", "accuracy"),
+    *("shots", "nozzle", "target", "restitution", "friction", "gravity", "air_drag", "strain_rate", "target_inertia"),
+    *("elastic_shot", "models", "accuracy"),
 )
 
 SHOTS = {
@@ -110,7 +111,22 @@ JOHNSON_COOK = {
     "n": Number(0.01, 2.0),
     "C": Number(0.0, 0.5, "", 0.0, "no rate dependence given"),
     "rate_ref_1_s": Number(1e-6, 1e4, "1/s", 1.0, "the usual reference rate"),
+    "m": Number(0.0, 5.0, "", 0.0, "no thermal softening given"),
+    "reference_K": Number(50.0, 2000.0, "K", 293.0, "room temperature"),
+    "taylor_quinney": Number(0.0, 1.0, "share", 0.9, "the usual share of plastic work that becomes heat; grade C"),
 }
+JOHNSON_COOK_OPTIONAL = {  # no default: what they are for is not modelled without them
+    "melting_K": Number(100.0, 5000.0, "K"),
+    "specific_heat_J_kg_K": Number(50.0, 5000.0, "J/kg/K"),
+    "saturation_Pa": Number(1e6, 1e10, "Pa"),
+}
+VOCE = {
+    "R0_Pa": Number(1e5, 5e9, "Pa"),
+    "Q_Pa": Number(0.0, 1e10, "Pa"),
+    "b": Number(0.01, 1e4),
+}
+CURVES = ("johnson_cook", "voce", "table")  # a material has one of them
+TABLE_STRAIN, TABLE_STRESS, MAX_TABLE = Number(0.0, 10.0), Number(1e5, 1e10, "Pa"), 50
 COMBINED = {
     "R0_Pa": Number(1e5, 5e9, "Pa"),
     "Q_Pa": Number(0.0, 1e10, "Pa"),
@@ -142,7 +158,9 @@ AIR_DRAG = {
 FRICTION = {
     "shot_target": Number(0.0, 1.0, "share", 0.2, "used in an open peening chain; grade A"),
     "shot_shot": Number(0.0, 1.0, "share", 0.2, "steel on steel, .1-.3; grade C"),
+    "in_dimple": Flag(False, "the dimple is pressed without friction; choice of this project"),
 }
+STRAIN_RATE = {"thermal": Flag(False, "isothermal; choice of this project")}
 
 _AUTO = "the models that this version has"
 MODELS = {
@@ -161,18 +179,6 @@ TOP_NOT_BUILT = {
     "coverage_percent": not_built(
         "choosing the exposure by the coverage is", "exposure_time_s (a run reports when 98 % is reached)"
     ),
-    "strain_rate": not_built("rate dependence is", "rate-independent laws (remove the block)"),
-    "target_inertia": not_built(
-        "the target's inertia is",
-        "a quasi-static target (remove the block; inertia lowers the restitution by about 10 %)",
-    ),
-    "elastic_shot": not_built(
-        "an elastic shot is",
-        "rigid shots in the dimple model (remove the block; elasticity raises the restitution by about 16 %)",
-    ),
-}
-JOHNSON_COOK_NOT_BUILT = {
-    key: not_built("the temperature term is", "A_Pa, B_Pa, n, C, rate_ref_1_s") for key in ("m", "melting_K")
 }
 
 # Where a key belongs when it stands in the wrong table; keys found in several tables have no single home.
@@ -183,6 +189,8 @@ _HOMES = {
     "[target]": {"material": None, "window_m": None, "thickness_m": None},
     "[gravity]": {"acceleration_m_s2": None},
     "[air_drag]": AIR_DRAG,
+    "[strain_rate]": STRAIN_RATE,
+    "[friction]": {"in_dimple": None},
     "[restitution.hardening]": SPOT_HARDENING,
     "[accuracy]": ACCURACY,
 }

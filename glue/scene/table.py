@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from glue.scene.catalogue import closest
-from glue.scene.fields import REQUIRED, Field, kind, show
+from glue.scene.fields import REQUIRED, Field, kind, quoted, show
 
 NOTHING: Mapping[str, str] = {}
 
@@ -26,7 +26,7 @@ class Log:
         if isinstance(value, tuple):
             shown = f"[{', '.join(show(item) for item in value)}]"
         else:
-            shown = show(value) if isinstance(value, float) else f'"{value}"' if isinstance(value, str) else str(value)
+            shown = show(value) if isinstance(value, float) else f'"{value}"' if isinstance(value, str) else quoted(value)
         self.defaults.append(f"{key_path} = {shown} ({source})")
 
 

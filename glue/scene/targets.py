@@ -6,17 +6,11 @@ import hashlib
 from pathlib import Path
 
 from glue.scene import schema
-from glue.scene.catalogue import (
-    derived_combined,
-    material,
-    material_keys,
-    not_in_catalogue,
-)
+from glue.scene.catalogue import material, material_keys, not_in_catalogue
 from glue.scene.fields import kind, quoted
-from glue.scene.model import CombinedHardening, JohnsonCook, Material, Surface, Target
+from glue.scene.model import Material, Surface, Target
+from glue.scene.own_material import read_own_material
 from glue.scene.table import Table
-
-GIVEN = "given in the scene"
 
 
 def read_target(top: Table, scene_file: Path) -> Target | None:
@@ -96,52 +90,9 @@ def _read_material(table: Table) -> Material | None:
         table.problem("material", not_in_catalogue("material", value, material_keys()))
         return None
     if isinstance(value, dict):
-        return _own_material(Table(value, table.at("material"), table.log))
+        return read_own_material(Table(value, table.at("material"), table.log))
     wrong = "missing, and required" if value is None else f"must be a text or a table, not {kind(value)}"
     table.problem(
         "material", f"{wrong}; allowed: one of {', '.join(material_keys())}, or a table [target.material]"
     )
     return None
-
-
-def _own_material(table: Table) -> Material | None:
-    table.refuse_others((*schema.MATERIAL, "johnson_cook", "combined"))
-    values = {key: table.get(key, field) for key, field in schema.MATERIAL.items()}
-    curve = table.table("johnson_cook", ", ".join(schema.JOHNSON_COOK))
-    johnson_cook = combined = None
-    if curve:
-        curve.refuse_others(schema.JOHNSON_COOK, not_built=schema.JOHNSON_COOK_NOT_BUILT)
-        numbers = {key: curve.get(key, field) for key, field in schema.JOHNSON_COOK.items()}
-        johnson_cook = None if None in numbers.values() else JohnsonCook(**numbers)
-    if "combined" in table:
-        combined, origin = _own_combined(table), GIVEN
-    elif johnson_cook:
-        from_curve = "derived from johnson_cook by the rule of glue/theory/hardening.py; grade C"
-        combined, origin = derived_combined(johnson_cook), from_curve
-        table.log.default(table.at("combined"), "bounded law", from_curve)
-    if johnson_cook is None or combined is None or None in values.values():
-        return None
-    return Material(
-        key="own", johnson_cook=johnson_cook, combined=combined, combined_source=origin, grade="C", **values
-    )
-
-
-def _own_combined(table: Table) -> CombinedHardening | None:
-    law = table.optional_table("combined")
-    if law is None:
-        return None
-    law.refuse_others((*schema.COMBINED, "backstresses"))
-    values = {key: law.get(key, field) for key, field in schema.COMBINED.items()}
-    terms = law.data.get("backstresses", [])
-    allowed = "allowed: an array of up to 2 tables { X_Pa = …, gamma = … }"
-    if not isinstance(terms, list) or len(terms) > 2 or not all(isinstance(term, dict) for term in terms):
-        law.problem("backstresses", f"is no list of backstresses; {allowed}")
-        return None
-    pairs = []
-    for number, term in enumerate(terms, start=1):
-        entry = Table(term, f"{law.at('backstresses')}[{number}]", law.log)
-        entry.refuse_others(schema.BACKSTRESS)
-        pairs.append(tuple(entry.get(key, field) for key, field in schema.BACKSTRESS.items()))
-    if None in values.values() or any(None in pair for pair in pairs):
-        return None
-    return CombinedHardening(**values, backstresses=tuple(pairs))

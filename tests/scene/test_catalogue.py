@@ -32,6 +32,16 @@ REFERENCE = {
     "ss316l": (305, 1161, 0.61, 0.01, 1.0, 193, 0.3, 8000, "C"),
     "sae1070": (1408, 600.8, 0.234, 0.0134, 1.0, 205, 0.29, 7850, "C"),
 }
+# m, melting temperature [K], specific heat [J/kg/K]; the sets of IN718 and SAE 1070 have no m.
+THERMAL = {
+    "al2024-t351": (1.7, 775.0, 875.0),
+    "al2024-t351-jc1983": (1.0, 775.0, 875.0),
+    "al2024-t351-wierzbicki": (1.0, 775.0, 875.0),
+    "al7075-t6": (1.56, 750.0, 960.0),
+    "ti6al4v": (1.1, 1873.0, 526.3),
+    "steel4340": (1.03, 1793.0, 477.0),
+    "ss316l": (0.517, 1673.0, 470.0),
+}
 # Nominal diameters [mm].
 SHOTS = {
     "S70": 0.18,
@@ -86,6 +96,9 @@ def test_material_numbers(key):
     law = m.johnson_cook
     assert (law.A_Pa, law.B_Pa) == (pytest.approx(A * MPa, rel=1e-15), pytest.approx(B * MPa, rel=1e-15))
     assert (law.n, law.C, law.rate_ref_1_s) == (n, C, rate_ref)
+    assert (law.m, law.melting_K, law.specific_heat_J_kg_K) == THERMAL.get(key, (0.0, None, None))
+    assert (law.reference_K, law.taylor_quinney, law.saturation_Pa) == (293.0, 0.9, None)
+    assert m.single_law is law
     assert m.E_Pa == pytest.approx(E * GPa, rel=1e-15)
     assert (m.key, m.nu, m.density_kg_m3, m.grade) == (key, nu, density, grade)
     assert "grade C" in m.combined_source
@@ -142,6 +155,9 @@ def test_catalogue_entries_lie_within_the_ranges_of_the_scene_file():
             assert schema.MATERIAL[name].problem(getattr(m, name)) is None
         for name, field in schema.JOHNSON_COOK.items():
             assert field.problem(getattr(m.johnson_cook, name)) is None
+        for name, field in schema.JOHNSON_COOK_OPTIONAL.items():
+            value = getattr(m.johnson_cook, name)
+            assert value is None or field.problem(value) is None
 
 
 def test_nearest_names():

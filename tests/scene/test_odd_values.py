@@ -39,7 +39,8 @@ KEYS = [
     *("models.flow", "accuracy.preset", "arrivals", "air_drag", "gravity.direction", "gravity.acceleration_m_s2"),
     *("air_drag.gas_speed_m_s", "restitution.hardening", "restitution.hardening.hits", "target.surface"),
     *("target.surface.kind", "target.surface.file", "target.surface.radius_m", "target.thickness_m"),
-    *("shots.mass_fraction", "shots.sieve", "shots.sieve.opening_m"),
+    *("shots.mass_fraction", "shots.sieve", "shots.sieve.opening_m", "friction.in_dimple", "strain_rate"),
+    *("strain_rate.thermal", "target_inertia", "elastic_shot", "target.material.voce", "target.material.table"),
     *(f"nozzle.{key}" for key in (*schema.NOZZLE, *schema.JET, *schema.FEED, *schema.PULSE)),
 ]
 # What must stand beside a key for it to be looked at.

@@ -8,7 +8,7 @@ from glue.scene.catalogue import material_keys, shot_grades
 
 TOP_KEYS = (
     "schema, name, seed, exposure_time_s, arrivals, shots, nozzle, target, restitution, friction, gravity, air_drag, "
-    "models, accuracy"
+    "strain_rate, target_inertia, elastic_shot, models, accuracy"
 )
 NOZZLE_KEYS = (
     "speed_m_s, mass_flow_kg_s, jet_diameter_m, stand_off_m, impact_angle_deg, azimuth_deg, aim_m, profile, "
@@ -127,7 +127,8 @@ UNKNOWN = {
     "allowed: material, window_m, thickness_m, surface",
     ("restitution.shot_target_e", "0.4"): 'unknown key; did you mean "shot_target"? '
     "allowed: shot_target, shot_shot, hardening",
-    ("friction.shotshot", "0.4"): 'unknown key; did you mean "shot_shot"? allowed: shot_target, shot_shot',
+    ("friction.shotshot", "0.4"): 'unknown key; did you mean "shot_shot"? allowed: shot_target, shot_shot, '
+    "in_dimple",
     ("models.flows", '"auto"'): 'unknown key; did you mean "flow"? allowed: flow, dimple, target',
     ("accuracy.prest", '"fast"'): 'unknown key; did you mean "preset"? allowed: preset',
     ("accuracy.preset", '"Fast"'): 'unknown value "Fast"; did you mean "fast"? '
@@ -146,11 +147,6 @@ UNKNOWN = {
 NOT_BUILT = {
     ("coverage_percent", "98"): f"choosing the exposure by the coverage is {LATER} exposure_time_s "
     "(a run reports when 98 % is reached)",
-    ("strain_rate", "{}"): f"rate dependence is {LATER} rate-independent laws (remove the block)",
-    ("target_inertia", "{}"): f"the target's inertia is {LATER} a quasi-static target "
-    "(remove the block; inertia lowers the restitution by about 10 %)",
-    ("elastic_shot", "{}"): f"an elastic shot is {LATER} rigid shots in the dimple model "
-    "(remove the block; elasticity raises the restitution by about 16 %)",
     (
         "models.target",
         '"layers"',

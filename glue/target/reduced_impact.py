@@ -9,17 +9,19 @@ from __future__ import annotations
 import math
 import shutil
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from glue.atomic import atomic_path
-from glue.errors import NotConverged, PeenError
-from glue.scene.model import CombinedHardening, JohnsonCook, Material
+from glue.errors import InputError, NotConverged, PeenError
+from glue.scene.model import CombinedHardening, HardeningTable, JohnsonCook, Material
 from glue.solvers import run_freefem, versions
 from glue.target.cache import cached_folder, content_key
 from glue.target.driver import LAW_COMMENT, Parameter, kernel_flavour, law_table, write_driver
+from glue.target.physics import MOST_HITS, ImpactPhysics
 from glue.target.progress import relay
 from glue.target.tables import read_table
 from glue.theory.impact_scale import REPRESENTATIVE_STRAIN, expected_impact
@@ -31,6 +33,7 @@ _SOURCES = (
     "freefem/lib/*axisym*.idp",
     "freefem/lib/law_script.idp",
     "freefem/plugin/*",
+    "glue/target/physics.py",
     "glue/target/reduced_impact.py",
     "glue/theory/impact_scale.py",
 )
@@ -66,23 +69,65 @@ class ReducedImpact:
     ]  # (m,) each: r, z undeformed, u_r, u_z, volume, s_rr, s_zz, s_tt, s_rz, peeq
     triangles: np.ndarray  # (k, 3, 2) deformed corners; three points each, in order
     log: Path
+    energy: EnergySplit | None = None
+    centre_pressure: float = 0.0  # over the inner half of the contact, at peak force
+    mean_pressure: float = 0.0  # force over contact area, at peak force
+    hits: Hits | None = None  # each of several impacts at the same place; all above is then of the last
+
+
+class EnergySplit(NamedTuple):
+    """Where the shot's kinetic energy was when it left, MPa R^3; ``initial`` is their sum within the energy error."""
+
+    initial: float
+    rebound: float
+    elastic: float  # left in the target, most of it locked in
+    plastic: float
+    target_kinetic: float
+    radiated: float
+    friction: float
+    points_error: float  # worst |elastic + plastic of the points - work of the internal forces| over ``initial``
+
+
+class Hits(NamedTuple):
+    """Impact after impact at one place; arrays (hits,), in the units of the module."""
+
+    restitution: np.ndarray
+    peak_force: np.ndarray
+    duration: np.ndarray
+    depth: np.ndarray  # of the deepest point below the undeformed surface, unloaded
+    radius: np.ndarray  # where the profile crosses the undeformed surface
+    plastic: np.ndarray  # work of each impact
+    energy_error: np.ndarray
+
+
+def solve_hits(
+    material: Material, law: JohnsonCook | CombinedHardening | HardeningTable, *, hits: int, physics: ImpactPhysics = ImpactPhysics(),  # noqa: B008 - frozen
+    **inputs,
+) -> Hits:  # fmt: skip
+    """``hits`` (2 to 10) equal shots on the same place, each on what the last one left; inputs as of solve_reduced."""
+    if hits < 2:
+        raise InputError(f"hits = {hits}: allowed 2 to {MOST_HITS}")
+    return solve_reduced(material, law, physics=replace(physics, hits=hits), **inputs).hits
 
 
 def solve_reduced(
     material: Material,
-    law: JohnsonCook | CombinedHardening,
+    law: JohnsonCook | CombinedHardening | HardeningTable,
     *,
     speed_m_s: float,
     density_kg_m3: float,
     elements_per_radius: int,
     numerics: Numerics = Numerics(),  # noqa: B008 - frozen
+    physics: ImpactPhysics = ImpactPhysics(),  # noqa: B008 - frozen
     progress: Callable[[float, str], None] | None = None,
 ) -> ReducedImpact:
-    """Solve (or fetch from the cache) the normal impact of a rigid sphere at ``speed_m_s``.
+    """Solve (or fetch from the cache) the normal impact of a sphere at ``speed_m_s``.
 
-    elements_per_radius: expected dimple radius over surface element size.  Raises SolverFailed, NotConverged.
+    elements_per_radius: expected dimple radius over surface element size; physics: rigid and frictionless on a
+    quasi-static target unless told.  A rate-dependent result belongs to ``physics.radius_m`` alone, any other to every
+    radius.  Raises SolverFailed, NotConverged.
     """
-    parameters = _parameters(material, law, speed_m_s, density_kg_m3, elements_per_radius, numerics)
+    parameters = _parameters(material, law, speed_m_s, density_kg_m3, elements_per_radius, numerics, physics)
     flavour = kernel_flavour()
     solver = versions()["freefem"]["package"]
     inputs = {"parameters": [p.line() for p in parameters], "kernel": flavour, "freefem": solver}
@@ -119,8 +164,12 @@ def copy_record(result: ReducedImpact, workdir: Path, name: str) -> None:
             shutil.copyfile(source, part)
 
 
-def _parameters(material, law, speed, density_kg_m3, elements_per_radius, numerics) -> list[Parameter]:
-    table = law_table(material.E_Pa, material.nu, law)
+def _parameters(
+    material, law, speed, density_kg_m3, elements_per_radius, numerics, physics=ImpactPhysics(),  # noqa: B008 - frozen
+) -> list[Parameter]:  # fmt: skip
+    table = law_table(material.E_Pa, material.nu, law, radius_m=physics.radius_m if physics.rate else None,
+                      density_kg_m3=material.density_kg_m3, rate=physics.rate, thermal=physics.thermal)  # fmt: skip
+    modulus, ratio = physics.elastic_shot or (0.0, 0.3)
     density = density_kg_m3 * 1e-6
     flow_stress = law.flow_stress_Pa(REPRESENTATIVE_STRAIN) * 1e-6
     scale = expected_impact(table[0], table[1], flow_stress, density, speed)
@@ -147,6 +196,12 @@ def _parameters(material, law, speed, density_kg_m3, elements_per_radius, numeri
         Parameter("real", "penaltyFactor", numerics.penalty, "contact stiffness over E/h"),
         Parameter("real", "toeFraction", numerics.toe, "width of the contact's smooth toe over h"),
         Parameter("real", "newtonTolerance", numerics.newton, "residual over forces"),
+        Parameter("real", "frictionCoefficient", float(physics.friction), "Coulomb, shot on target"),
+        Parameter("bool", "targetInertia", int(physics.inertia), "waves in the target, and boundaries that let them out"),
+        Parameter("real", "targetDensity", material.density_kg_m3 * 1e-6, "1e6 kg/m3"),
+        Parameter("real", "shotModulus", modulus * 1e-6, "Young's modulus of the shot, MPa; 0: rigid"),
+        Parameter("real", "shotNu", float(ratio), "its Poisson's ratio"),
+        Parameter("int", "hits", physics.hits, "impacts one after the other at the same place"),
         # 1e-5 of the force at the expected penetration: what counts as no force at all.
         Parameter("real", "forceFloor", 1e-5 * 6 * math.pi * flow_stress * scale.penetration, "MPa R2"),
     ]
@@ -174,10 +229,34 @@ def _read(folder: Path) -> ReducedImpact:
     surface = read_table(folder / "surface.csv")
     order = np.argsort(surface["r"])
     corners = np.column_stack(list(read_table(folder / "mesh.csv").values()))
+    rows = read_table(folder / "hits.csv")
+    hits = None
+    if len(rows["hit"]) > 1:
+        nodes = read_table(folder / "hit_surfaces.csv")
+        radii = [_zero_radius({k: v[nodes["hit"] == hit] for k, v in nodes.items()}) for hit in rows["hit"]]
+        hits = Hits(rows["restitution"], rows["peak_force"], rows["duration"], rows["depth"], np.array(radii),
+                    rows["plastic"], rows["energy_error"])  # fmt: skip
+    energy = EnergySplit(*(float(result[k]) for k in (
+        "kinetic_start", "kinetic_end", "elastic_energy", "plastic_energy", "target_kinetic", "radiated", "friction_work",
+        "split_error")))  # fmt: skip
     return ReducedImpact(
         restitution=float(result["restitution"]), peak_force=float(result["peak_force"]),
         duration=float(result["duration"]), energy_error=float(result["energy_error"]),
         failures=int(result["failures"]), dofs=int(result["dofs"]), wall_s=float(result["wall_s"]),
         surface_r=(surface["r"] + surface["u_r"])[order], surface_z=surface["u_z"][order],
         points=read_table(folder / "points.csv"), triangles=corners.reshape(-1, 3, 2), log=folder / "freefem.log",
+        energy=energy, centre_pressure=float(result["centre_pressure"]), mean_pressure=float(result["mean_pressure"]),
+        hits=hits,
     )  # fmt: skip
+
+
+def _zero_radius(nodes: dict[str, np.ndarray]) -> float:
+    """Innermost radius where the deformed surface of these nodes rises through its undeformed height."""
+    order = np.argsort(nodes["r"])
+    r, z = (nodes["r"] + nodes["u_r"])[order], nodes["u_z"][order]
+    above = np.flatnonzero(z >= 0.0)
+    if not above.size or above[0] == 0:
+        raise NotConverged("the surface after an impact has no dent with an edge", cause="no sign change of the height",
+                           advice="a finer preset (--accuracy reference)")  # fmt: skip
+    k = above[0]
+    return float(r[k - 1] - z[k - 1] * (r[k] - r[k - 1]) / (z[k] - z[k - 1]))

@@ -63,6 +63,7 @@ def load(path: Path, identity: dict) -> dict | None:
         found = saved["identity"]
     except (OSError, ValueError, KeyError, EOFError) as e:
         raise InputError(f"{path}: cannot be read as a checkpoint ({e}); remove it to begin anew") from None
+    identity = json.loads(json.dumps(identity))  # as the saved one went: tuples are lists now
     other = sorted(key for key in {*found, *identity} if found.get(key) != identity.get(key))
     if other:
         raise InputError(f"{path}: is of a run with another {', '.join(other)}; remove it to begin anew")

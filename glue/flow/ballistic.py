@@ -197,7 +197,7 @@ def _most_at_once(begins: np.ndarray, ends: np.ndarray) -> int:
 def _restitution(law: RestitutionLaw, impacts: np.ndarray) -> np.ndarray:
     """Restitution of each impact (in order of time), shape (n,)."""
     normal = -sum(impacts[f"v{axis}_in_m_s"] * impacts["n" + axis] for axis in _AXES)
-    e = law.at_speeds(normal)
+    e = law.at_speeds(normal, impacts["density_kg_m3"])
     if law.hardening is None or not len(e):
         return e
     points = np.column_stack([impacts[f"{axis}_m"] for axis in _AXES])

@@ -3,7 +3,8 @@
 Free flight is straight, or bent by a gravity that all shots share, so that one flies straight as seen from
 another.  A contact is an instant: the impulse along the normal is J_n = (1 + e) m |g_n|, m the effective mass
 m_i m_j / (m_i + m_j), and the impulse across it, against the slip of the touching points, is that of
-``tangential.impulse_across``.
+``tangential.impulse_across``.  Between shots the normal is that in the middle of their contact
+(``pair_contact``); on the target it does not turn.
 """
 
 from __future__ import annotations
@@ -11,13 +12,19 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from glue.flow import drag, restitution, tangential
+import numpy as np
+
+import numpy as np
+
+from glue.flow import drag, pair_contact, restitution, tangential
 from glue.flow.event_compile import part
 from glue.flow.event_state import SPOT_BUCKETS
 
 restitution_at = part(restitution.restitution_at)
+equivalent_speed = part(restitution.equivalent_speed)
 hardened = part(restitution.hardened)
 impulse_across = part(tangential.impulse_across)
+impulse_between = part(pair_contact.impulse_between)
 slowed = part(drag.slowed)
 
 # A shot that gravity lets rise by less than this share of its radius after an impact has come to rest.
@@ -25,7 +32,7 @@ REST_RISE = 1e-3
 
 
 class Physics(NamedTuple):
-    """Constants of a run, SI. Tuples of floats, so that one compiled kernel serves every scene."""
+    """Constants of a run, SI. Of the same types, so that one compiled kernel serves every scene."""
 
     e_shots: float
     mu_shots: float
@@ -33,6 +40,8 @@ class Physics(NamedTuple):
     e_speed_m_s: float
     e_exponent: float
     e_largest: float
+    e_logs: np.ndarray  # (n, 2) the law as a table; (0, 2): the power law
+    e_density_kg_m3: float  # of the shots it holds for; 0: all
     mu_target: float
     saturated: float
     hits: float
@@ -42,6 +51,7 @@ class Physics(NamedTuple):
     pull: tuple[float, float, float]  # gravity, whether it bends the flight or comes by kicks
     kick_s: float  # inf: no kicks
     around: drag.Surroundings  # what the kicks bring
+    compliance: np.ndarray  # (1 - nu^2) / E [1/Pa] by medium
 
 
 @part
@@ -134,19 +144,21 @@ def collide(a, b, e, mu):
     x, y, z = a.x - b.x, a.y - b.y, a.z - b.z
     distance = math.sqrt(x * x + y * y + z * z)
     n = (x / distance, y / distance, z / distance)  # from b to a
-    sx = a.radius * a.wx + b.radius * b.wx
-    sy = a.radius * a.wy + b.radius * b.wy
-    sz = a.radius * a.wz + b.radius * b.wz
-    slip = (
-        a.vx - b.vx - (sy * n[2] - sz * n[1]),
-        a.vy - b.vy - (sz * n[0] - sx * n[2]),
-        a.vz - b.vz - (sx * n[1] - sy * n[0]),
+    u = (a.vx - b.vx, a.vy - b.vy, a.vz - b.vz)
+    s = (
+        a.radius * a.wx + b.radius * b.wx,
+        a.radius * a.wy + b.radius * b.wy,
+        a.radius * a.wz + b.radius * b.wz,
     )
+    reach = a.radius + b.radius
+    m = a.mass * b.mass / (a.mass + b.mass)
+    compliance = a.compliance + b.compliance
+    modulus = 1.0 / compliance if compliance > 0.0 else math.inf
     before = energy(a) + energy(b)
     qx, qy, qz = _momentum(a, b)
-    px, py, pz = _impulse(slip, n, a.mass * b.mass / (a.mass + b.mass), e, mu)
-    _push(a, px, py, pz, -1.0, n)
-    _push(b, -px, -py, -pz, 1.0, n)
+    px, py, pz, nx, ny, nz = impulse_between(n, u, s, e, mu, reach, m, a.radius * b.radius / reach, modulus)
+    _push(a, m * px, m * py, m * pz, -1.0, (nx, ny, nz))
+    _push(b, -m * px, -m * py, -m * pz, 1.0, (nx, ny, nz))
     rx, ry, rz = _momentum(a, b)
     off = math.sqrt((rx - qx) ** 2 + (ry - qy) ** 2 + (rz - qz) ** 2)
     scale = math.sqrt(2.0 * before * max(a.mass, b.mass))

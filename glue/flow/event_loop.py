@@ -15,6 +15,7 @@ from glue.flow.event_kernels import (
     REST_RISE,
     advance_shot,
     collide,
+    equivalent_speed,
     hardened,
     on_spot,
     restitution_at,
@@ -139,8 +140,9 @@ def impact(world, grid, physics, surface, arrivals, rows, i, t):
         row.diameter_m, row.density_kg_m3 = arrival.diameter_m, arrival.density_kg_m3
         row.collisions_before = shot.collisions
         row.nozzle_id, row.pass_id, row.medium = arrival.nozzle_id, arrival.pass_id, arrival.medium
+        speed = equivalent_speed(approach, arrival.density_kg_m3, physics.e_density_kg_m3)
         e = restitution_at(
-            approach, physics.e_target, physics.e_speed_m_s, physics.e_exponent, physics.e_largest
+            speed, physics.e_target, physics.e_speed_m_s, physics.e_exponent, physics.e_largest, physics.e_logs
         )
         if physics.spot_radius_m > 0.0:
             earlier = on_spot(world, physics, row.x_m, row.y_m, row.z_m)

@@ -113,6 +113,8 @@ def physics_of(scene, law: RestitutionLaw, surface: TargetSurface) -> Physics:
         e_speed_m_s=float(law.speed_m_s),
         e_exponent=float(law.exponent),
         e_largest=float(law.largest),
+        e_logs=law.logs,
+        e_density_kg_m3=float(law.density_kg_m3),
         mu_target=float(scene.friction.shot_target),
         saturated=float(hardening.saturated) if hardening else 0.0,
         hits=float(hardening.hits) if hardening else 1.0,
@@ -122,6 +124,7 @@ def physics_of(scene, law: RestitutionLaw, surface: TargetSurface) -> Physics:
         pull=pull,
         kick_s=drag.kick_interval_s(scene) if kicked else math.inf,
         around=drag.Surroundings(*(float(x) for x in around)),
+        compliance=np.array([(1.0 - shots.nu**2) / shots.E_Pa for shots in scene.media]),
     )
 
 

@@ -3,15 +3,20 @@
     e(v) = min(largest, e (v / speed)^-exponent)        v normal speed of approach
     e_n  = saturated - (saturated - e(v)) exp(-n / hits)   n earlier impacts within the spot
 
-The power law is that of elastoplastic impact (Johnson, *Contact Mechanics*, 1985, ch. 11.5: exponent 1/4);
-its numbers come from the dimple stage or are a constant (exponent 0).  Standard library and numpy only:
-YADE's interpreter imports this too.
+The power law is that of elastoplastic impact (Johnson, *Contact Mechanics*, 1985, ch. 11.5: exponent 1/4), which
+hardening materials approach only when fast: computed dimples fall by v^-.13 at 1 m/s and v^-.25 at 100.  So a law
+may be a table instead, straight lines in log e over log v; a line continues beyond either end.  A rigid shot on a
+rate-free target knows density x v^2 only: one of another density rebounds as if faster by the root of the ratio.
+The numbers come from the dimple stage or are a constant (exponent 0).  Standard library and numpy only: YADE's
+interpreter imports this too.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, fields
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -27,7 +32,9 @@ class RestitutionLaw:
 
     A constant has exponent 0 and needs no speed.  ``e`` lies in (0, largest]; exactly 1 (nothing lost) is
     constant and its own cap.  ``hardening`` needs ``spot_radius_m``, the radius within which earlier impacts
-    count.  Raises InputError for anything else.
+    count.  ``points``, (speed [m/s], e) with rising speeds and falling e, replace the power law; ``e`` and
+    ``speed_m_s`` then only say what is typical.  ``density_kg_m3``: of the shots that the law was found with; 0:
+    the same for all.  Raises InputError for anything else.
     """
 
     e: float
@@ -36,6 +43,8 @@ class RestitutionLaw:
     largest: float = LARGEST
     hardening: SpotHardening | None = None
     spot_radius_m: float = 0.0
+    points: tuple[tuple[float, float], ...] = ()
+    density_kg_m3: float = 0.0
 
     def __post_init__(self):
         if self.e == 1.0:
@@ -44,15 +53,29 @@ class RestitutionLaw:
         if problems:
             raise InputError(problems)
 
-    def at(self, normal_speed_m_s: float) -> float:
-        """Restitution at this normal speed [m/s] on a surface not struck before."""
-        return restitution_at(normal_speed_m_s, self.e, self.speed_m_s, self.exponent, self.largest)
+    def at(self, normal_speed_m_s: float, density_kg_m3: float = 0.0) -> float:
+        """Restitution at this normal speed [m/s] on a surface not struck before; density of the shot, 0: the law's."""
+        speed = equivalent_speed(normal_speed_m_s, density_kg_m3, self.density_kg_m3)
+        return restitution_at(speed, self.e, self.speed_m_s, self.exponent, self.largest, self.logs)
 
-    def at_speeds(self, normal_speeds_m_s: np.ndarray) -> np.ndarray:
-        """``at`` of every element; speeds above 0, shape (n,)."""
+    def at_speeds(self, normal_speeds_m_s: np.ndarray, densities_kg_m3: np.ndarray | None = None) -> np.ndarray:
+        """``at`` of every element; speeds above 0, shapes (n,)."""
+        speed = np.asarray(normal_speeds_m_s, dtype=float)
+        if densities_kg_m3 is not None and self.density_kg_m3 > 0.0:
+            speed = speed * np.sqrt(np.asarray(densities_kg_m3, dtype=float) / self.density_kg_m3)
+        if self.points:
+            x, y = self.logs.T
+            k = np.clip(np.searchsorted(x, np.log(speed)), 1, len(x) - 1)
+            e = np.exp(y[k] + (y[k] - y[k - 1]) / (x[k] - x[k - 1]) * (np.log(speed) - x[k]))
+            return np.minimum(self.largest, e)
         if self.exponent == 0.0:
-            return np.full(np.shape(normal_speeds_m_s), min(self.largest, self.e))
-        return np.minimum(self.largest, self.e * (normal_speeds_m_s / self.speed_m_s) ** -self.exponent)
+            return np.full(np.shape(speed), min(self.largest, self.e))
+        return np.minimum(self.largest, self.e * (speed / self.speed_m_s) ** -self.exponent)
+
+    @cached_property
+    def logs(self) -> np.ndarray:
+        """Logarithms of ``points``, (n, 2), for ``restitution_at``; (0, 2) for a power law."""
+        return np.log(np.array(self.points, dtype=float).reshape(-1, 2))
 
     def at_spot(self, e: float, earlier: int) -> float:
         """``e`` after ``earlier`` impacts within the spot; unchanged without hardening."""
@@ -62,7 +85,7 @@ class RestitutionLaw:
 
     def as_dict(self) -> dict:
         """Plain numbers for JSON, the inverse of ``from_dict``."""
-        return asdict(self)
+        return asdict(self) | {"points": [list(point) for point in self.points]}  # as JSON gives them back
 
     @classmethod
     def from_dict(cls, values: dict) -> RestitutionLaw:
@@ -71,16 +94,35 @@ class RestitutionLaw:
             values = dict(values)
             if values.get("hardening") is not None:
                 values["hardening"] = SpotHardening(**values["hardening"])
+            values["points"] = tuple((v, e) for v, e in values.get("points", ()))
             return cls(**values)
         except (TypeError, ValueError) as e:
             known = ", ".join(f.name for f in fields(cls))
             raise InputError(f"restitution law {values!r}: {e}; its keys are {known}") from None
 
 
+def equivalent_speed(normal_speed_m_s: float, density_kg_m3: float, law_density_kg_m3: float) -> float:
+    """Speed at which a shot of the law's density brings as much density x v^2; scalar, for numba too."""
+    if density_kg_m3 > 0.0 and law_density_kg_m3 > 0.0 and density_kg_m3 != law_density_kg_m3:
+        return normal_speed_m_s * math.sqrt(density_kg_m3 / law_density_kg_m3)
+    return normal_speed_m_s
+
+
 def restitution_at(
-    normal_speed_m_s: float, e: float, speed_m_s: float, exponent: float, largest: float
+    normal_speed_m_s: float, e: float, speed_m_s: float, exponent: float, largest: float, logs: np.ndarray
 ) -> float:
-    """min(largest, e (v / speed)^-exponent); scalar, for numba too. At v <= 0 a falling law is at its cap."""
+    """min(largest, e (v / speed)^-exponent), or by the table ``logs`` (n, 2) of log speed and log e.
+
+    Scalar, for numba too.  At v <= 0 a falling law is at its cap.
+    """
+    if len(logs) > 0:
+        if normal_speed_m_s <= 0.0:
+            return largest
+        x, k = math.log(normal_speed_m_s), 1
+        while k < len(logs) - 1 and x > logs[k, 0]:
+            k += 1
+        slope = (logs[k, 1] - logs[k - 1, 1]) / (logs[k, 0] - logs[k - 1, 0])
+        return min(largest, math.exp(logs[k, 1] + slope * (x - logs[k, 0])))
     if exponent == 0.0:
         return min(largest, e)
     if normal_speed_m_s <= 0.0:
@@ -94,7 +136,8 @@ def hardened(e: float, earlier: int, saturated: float, hits: float) -> float:
 
 
 def _problems(law: RestitutionLaw) -> list[str]:
-    numbers = {f.name: getattr(law, f.name) for f in fields(law) if f.name != "hardening"}
+    numbers = {f.name: getattr(law, f.name) for f in fields(law) if f.name not in ("hardening", "points")}
+    numbers.update({f"points[{k}]": x for k, point in enumerate(law.points) for x in point})
     if law.hardening is not None:
         numbers.update(saturated=law.hardening.saturated, hits=law.hardening.hits)
     bad = [
@@ -112,7 +155,9 @@ def _problems(law: RestitutionLaw) -> list[str]:
             law.exponent == 0.0 or law.speed_m_s > 0.0,
             f"speed_m_s = {law.speed_m_s}: must be above 0 where the exponent is not 0",
         ),
-        (law.e != 1.0 or law.exponent == 0.0, "e = 1 loses nothing at any speed: its exponent must be 0"),
+        (law.density_kg_m3 >= 0.0, f"density_kg_m3 = {law.density_kg_m3}: must not be negative"),
+        (_is_table(law.points), "points: two or more of (speed, e) with rising speeds above 0 and e falling within (0, 1]"),
+        (law.e != 1.0 or (law.exponent == 0.0 and not law.points), "e = 1 loses nothing at any speed: its exponent must be 0"),
     ]
     if law.hardening is not None:
         saturated, hits = law.hardening.saturated, law.hardening.hits
@@ -125,3 +170,8 @@ def _problems(law: RestitutionLaw) -> list[str]:
             ),
         ]
     return [f"restitution law: {sentence}" for holds, sentence in rules if not holds]
+
+
+def _is_table(points) -> bool:
+    steps = pairwise(points)
+    return len(points) != 1 and all(0.0 < v < w and 1.0 >= e >= f > 0.0 for (v, e), (w, f) in steps)

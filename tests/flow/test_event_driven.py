@@ -111,6 +111,18 @@ def test_restitution_follows_the_speed():
     np.testing.assert_allclose(impacts["vz_out_m_s"] / normal, expected, rtol=1e-12)
 
 
+def test_restitution_follows_a_table_and_the_shots_density():
+    points = ((4.0, 0.7), (30.0, 0.5), (60.0, 0.3))
+    law = RestitutionLaw(0.3, 60.0, points=points, density_kg_m3=4 * 7800.0)  # ours are as if half as fast
+    impacts, _ = run_event(bare_scene(), draw_arrivals(bare_scene()), law, PLANE)
+    normal = normal_speed_m_s(impacts)
+    assert normal.min() < 8.0
+    x, y = np.log(points).T
+    beyond = y[0] + (y[1] - y[0]) / (x[1] - x[0]) * (np.log(0.5 * normal) - x[0])
+    expected = np.exp(np.where(0.5 * normal < 4.0, beyond, np.interp(np.log(0.5 * normal), x, y)))
+    np.testing.assert_allclose(impacts["vz_out_m_s"] / normal, np.minimum(0.94, expected), rtol=1e-12)
+
+
 def test_equal_elastic_shots_in_line_hand_on_their_speeds():
     """The fast last one pushes through: each collision carries its speed forward by one diameter."""
     scene = smooth_scene(shot_shot=1.0)

@@ -1,6 +1,6 @@
 """``make readme``: puts measured tables, a run's real output and figures into README.md, between its markers.
 
-    python -m glue.report.readme RUN_FAST RUN_BALANCED RUN_REFERENCE --checks build/checks
+    python -m glue.report.readme RUN_FAST RUN_BALANCED RUN_REFERENCE --checks build/checks --bench build/bench
 
 The text between ``<!-- begin NAME -->`` and ``<!-- end NAME -->`` is replaced; a marker without its data, or data
 without its marker, is an error, so that no old number stays behind.
@@ -21,6 +21,7 @@ from glue.study.manifest import read_manifest
 from glue.study.rundir import METRICS, STAGE_ORDER
 from glue.study.summary import summary
 
+BENCHMARKS = ("flow", "dimple")
 FIGURES = ("impact_map", "coverage", "residual_stress", "height_map", "dimple")
 
 # (label, section, key, factor, digits) of the table of presets
@@ -66,13 +67,29 @@ def verification_table(folder: Path) -> str:
         passed = sum(row["passed"] for row in record["rows"])
         lines.append(f"| **{record['check']}** | **{passed}/{len(record['rows'])}** | | |")
         if path.stem == "freefem":
-            lines += [
-                f"| {row['name'].replace('|', chr(92) + '|')} | {row['value']:.4g} | {row['limit']} | {'pass' if row['passed'] else '**FAIL**'} |"
-                for row in record["rows"]
-            ]
+            lines += ["| " + " | ".join(_cells(row)) + " |" for row in record["rows"]]
     if len(lines) == 2:
         raise InputError(f"{folder}: no results of checks; run make checks")
     return "\n".join(lines)
+
+
+def bench_table(file: Path) -> str:
+    """Markdown: every row of one benchmark's JSON, misses included, with what was noted beside it."""
+    try:
+        record = json.loads(file.read_text(encoding="utf-8"))
+    except OSError:
+        raise InputError(f"{file}: no result of a benchmark; run make bench-{file.stem}") from None
+    lines = ["| | measured | limit | | |", "|---|---:|---|---|---|"]
+    lines += ["| " + " | ".join([*_cells(row), _escaped(row["note"])]) + " |" for row in record["rows"]]
+    return "\n".join(lines)
+
+
+def _cells(row: dict) -> list[str]:
+    return [_escaped(row["name"]), f"{row['value']:.4g}", row["limit"], "pass" if row["passed"] else "**FAIL**"]
+
+
+def _escaped(text: str) -> str:
+    return text.replace("|", "\\|")
 
 
 def replace_block(text: str, name: str, block: str) -> str:
@@ -84,8 +101,8 @@ def replace_block(text: str, name: str, block: str) -> str:
     return changed
 
 
-def write_readme(runs: list[Path], checks: Path) -> None:
-    """Rewrite README.md and docs/ from three runs (fast, balanced, reference) and the checks' results."""
+def write_readme(runs: list[Path], checks: Path, bench: Path) -> None:
+    """Rewrite README.md and docs/ from three runs (fast, balanced, reference), the checks' and benchmarks' results."""
     root = repo_root()
     readme, balanced = root / "README.md", runs[1]
     shown = summary(balanced).replace(str(balanced), "runs/al2024-s390-…")
@@ -93,6 +110,8 @@ def write_readme(runs: list[Path], checks: Path) -> None:
     text = replace_block(text, "output", f"```text\n{shown}\n```")
     text = replace_block(text, "trade", trade_table(runs))
     text = replace_block(text, "verification", verification_table(checks))
+    for name in BENCHMARKS:
+        text = replace_block(text, f"bench {name}", bench_table(bench / f"{name}.json"))
     readme.write_text(text, encoding="utf-8")
     for name in FIGURES:
         shutil.copyfile(balanced / "figures" / f"{name}.png", root / "docs" / f"{name}.png")
@@ -102,9 +121,10 @@ def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m glue.report.readme", description=__doc__.splitlines()[0])
     parser.add_argument("runs", nargs=3, type=Path, metavar="RUN", help="run directories: fast, balanced, reference")
     parser.add_argument("--checks", type=Path, default=Path("build/checks"), metavar="DIR")
+    parser.add_argument("--bench", type=Path, default=Path("build/bench"), metavar="DIR")
     given = parser.parse_args(argv)
     try:
-        write_readme(given.runs, given.checks)
+        write_readme(given.runs, given.checks, given.bench)
     except PeenError as problem:
         print(problem, file=sys.stderr)
         return problem.exit_code

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from glue.errors import InputError
-from glue.report.readme import replace_block, verification_table
+from glue.report.readme import BENCHMARKS, bench_table, replace_block, verification_table
 from glue.solvers import repo_root
 
 MARKED = "a\n<!-- begin x -->\nold\nlines\n<!-- end x -->\nb\n"
@@ -25,7 +25,7 @@ def test_a_block_without_its_place_is_refused(text):
 
 def test_the_readme_has_every_place_and_failures_show(tmp_path):
     text = (repo_root() / "README.md").read_text(encoding="utf-8")
-    for name in ("output", "trade", "verification"):
+    for name in ("output", "trade", "verification", *(f"bench {name}" for name in BENCHMARKS)):
         assert text != replace_block(text, name, "unlikely")
     row = {"name": "n", "value": 1.0, "limit": "at most 0", "passed": False, "note": ""}
     (tmp_path / "freefem.json").write_text(json.dumps({"check": "c", "wall_s": 1, "rows": [row]}))
@@ -36,3 +36,19 @@ def test_the_readme_has_every_place_and_failures_show(tmp_path):
 def test_no_checks_no_table(tmp_path):
     with pytest.raises(InputError, match="make checks"):
         verification_table(tmp_path)
+
+
+def test_a_benchmark_shows_its_misses_and_notes(tmp_path):
+    rows = [
+        {"name": "a|b", "value": 1.5, "limit": "at least 15", "passed": False, "note": "why"},
+        {"name": "c", "value": 2.0, "limit": "at most 3", "passed": True, "note": ""},
+    ]
+    (tmp_path / "flow.json").write_text(json.dumps({"check": "c", "wall_s": 1, "rows": rows}))
+    table = bench_table(tmp_path / "flow.json")
+    assert "| a\\|b | 1.5 | at least 15 | **FAIL** | why |" in table
+    assert "| c | 2 | at most 3 | pass |  |" in table
+
+
+def test_no_benchmark_no_table(tmp_path):
+    with pytest.raises(InputError, match="make bench-flow"):
+        bench_table(tmp_path / "flow.json")

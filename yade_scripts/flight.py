@@ -58,6 +58,10 @@ class Flying:
         (x, y, z), (u, v, w) = self.pos, self.vel
         return x + u * dt, y + v * dt, z + w * dt
 
+    @property
+    def density_kg_m3(self) -> float:
+        return self.arrival[_DENSITY]
+
     def energy_J(self) -> float:
         """Kinetic energy, spin included, of the last free state."""
         (u, v, w), (a, b, c) = self.vel, self.spin

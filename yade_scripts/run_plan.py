@@ -55,9 +55,9 @@ def plan_run(scene, restitution: RestitutionLaw, dt_over_P: float, *, guarded: b
     smallest = {n: sizes.smallest_m(shots) for n, shots in enumerate(scene.media)}
     if not min(smallest.values()) > 0.0:
         raise InputError("shots.size_cv: the smallest shot has no size; must be below 0.4")
-    e_target, e_shot = restitution.at(speed), scene.restitution.shot_shot
+    e_target, e_shot = restitution.at(speed, scene.shots.density_kg_m3), scene.restitution.shot_shot
     ends = {"restitution.shot_target": e_target, "restitution.shot_shot": e_shot}
-    if restitution.exponent:
+    if restitution.exponent or restitution.points:
         ends["restitution.shot_target at low speed"] = restitution.largest
     if restitution.hardening:
         ends["restitution.hardening.saturated"] = restitution.hardening.saturated
@@ -95,7 +95,7 @@ def plan_run(scene, restitution: RestitutionLaw, dt_over_P: float, *, guarded: b
         on_target, on_shot = (Calibration(wanted[p], wanted[p], *[math.nan] * 3) for p in ("target", "shot"))
     laws = (Law(on_target.en, scene.friction.shot_target), Law(on_shot.en, scene.friction.shot_shot))
     maps = None
-    varies = restitution.exponent or restitution.hardening or len(media) > 1 or scene.shots.size != "mono"
+    varies = restitution.exponent or restitution.points or restitution.hardening or len(media) > 1 or scene.shots.size != "mono"
     if varies and guarded:
         maps = {
             pair: DashpotMap(pair, en=law.en, speed_m_s=speeds[pair], **rig)

@@ -23,7 +23,8 @@ import numpy as np
 from yade import O
 
 from contact_model import Law, Solid, add_shot, build, contact_modulus_Pa, p_wave_step_s
-from glue.flow.pair_contact import impulse_between
+from glue.flow.pair_contact import parting, turned_normal
+from glue.flow.tangential import impulse_across
 
 STEEL = Solid(E_Pa=210e9, nu=0.3, density_kg_m3=7800.0)
 MODULUS = contact_modulus_Pa(STEEL, STEEL)
@@ -73,19 +74,14 @@ def model(row, modulus: float) -> tuple[np.ndarray, float]:
     """(relative velocity, sum of the surface speeds) [m/s] after, as the flow has it."""
     sizes = DIAMETER, row["size"] * DIAMETER
     masses = [mass_of(d) for d in sizes]
+    mass, radius = masses[0] * masses[1] / sum(masses), 0.5 * sizes[0] * sizes[1] / sum(sizes)
     n, u = (row["b"], 0.0, math.sqrt(1.0 - row["b"] ** 2)), (0.0, 0.0, -row["speed"])
-    p = impulse_between(
-        n,
-        u,
-        (0.0, 0.0, 0.0),
-        row["e"],
-        row["mu"],
-        0.5 * sum(sizes),
-        masses[0] * masses[1] / sum(masses),
-        0.5 * sizes[0] * sizes[1] / sum(sizes),
-        modulus,
-    )
-    return np.add(u, p[:3]), -2.5 * float(np.cross(p[3:], p[:3])[1])
+    turned = np.array(turned_normal(n, u, row["e"], 0.5 * sum(sizes), mass, radius, modulus))
+    approach = -np.dot(u, turned)
+    slip = u + approach * turned
+    across = impulse_across(approach, np.linalg.norm(slip), row["e"], row["mu"]) / np.linalg.norm(slip)
+    p = parting(n, u, tuple((1.0 + row["e"]) * approach * turned - across * slip))
+    return np.add(u, p), -2.5 * float(np.cross(turned, p)[1])
 
 
 def off(data: np.ndarray, modulus: float = MODULUS) -> tuple[np.ndarray, np.ndarray]:

@@ -1,15 +1,17 @@
-"""The representative dimple: one finite-element impact, in SI units, with the law by which it scales.
+"""The representative dimple: a finite-element impact in SI units, and a table of slower and faster ones beside it.
 
-A rate-free material scales exactly with the diameter, and for a rigid shot radius over diameter depends on
-density x speed^2 alone.  With the normal speed the radius and the restitution follow power laws; their
-exponents are measured by a second impact at half the speed (radius .46-.47 for steel on 2024).
+A rate-free material scales exactly with the diameter, and for a rigid shot on a quasi-static target radius over
+diameter depends on density x speed^2 alone; where that is not so, the dimple refuses to be scaled.  Over the normal
+speed radius and restitution are monotone curves through the table, in logarithms (radius about v^.47 for steel on
+2024; restitution v^-.13 at 1 m/s, v^-.25 at 100: no power law).
 """
 
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Callable
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -18,12 +20,15 @@ from scipy.interpolate import LinearNDInterpolator
 from glue.atomic import atomic_path
 from glue.errors import InputError, NotConverged
 from glue.scene.model import Material
-from glue.target.reduced_impact import ReducedImpact, copy_record, solve_reduced
+from glue.target.physics import ImpactPhysics
+from glue.target.reduced_impact import ReducedImpact, copy_record
+from glue.target.speeds import Curve, outside, solve_speeds
 
 STRESS_DISC = (
     0.44  # layer stresses are means over a disc of this many dimple radii (r < .1 mm of the reference)
 )
-_SCHEMA = 2
+_SCHEMA = 3
+RATE_TOLERANCE = 0.005  # of the flow stress: so far other diameters may move a rate-dependent target's
 
 
 @dataclass(frozen=True)
@@ -54,18 +59,57 @@ class Dimple:
     triangles: np.ndarray  # (k, 3)
     peeq: np.ndarray  # (k,)
     sigma_rr_Pa: np.ndarray  # (k,)
+    table_speed_m_s: np.ndarray = field(default_factory=lambda: np.empty(0))  # (t,) rising, speed_m_s among them
+    table_radius_m: np.ndarray = field(default_factory=lambda: np.empty(0))  # (t,)
+    table_restitution: np.ndarray = field(default_factory=lambda: np.empty(0))  # (t,)
+    only_this_density: bool = False  # target inertia, an elastic shot or a rate: not density x speed^2 alone
+    largest_size_ratio: float = np.inf  # of diameters to this one and back, so far the table may be scaled
+    centre_pressure_Pa: float = 0.0  # over the inner half of the contact at peak force
+    mean_pressure_Pa: float = 0.0
+
+    def equivalent_speed(self, diameter_m, normal_speed_m_s, density_kg_m3=None) -> np.ndarray:
+        """Speed [m/s] at which a shot of the dimple's density leaves the same dimple (in radii); 0 for none.
+
+        Raises InputError for a size or density to which this dimple cannot be scaled.
+        """
+        speed = np.maximum(np.asarray(normal_speed_m_s, dtype=float), 0.0)
+        ratio = np.asarray(diameter_m, dtype=float) / self.diameter_m
+        if np.maximum(ratio, 1.0 / ratio).max(initial=1.0) > self.largest_size_ratio * (1 + 1e-9):
+            raise InputError(
+                f"strain_rate: a rate-dependent dimple of {self.diameter_m:g} m belongs to its diameter; allowed within a"
+                f" factor {self.largest_size_ratio:.3g}, which changes the flow stress by {RATE_TOLERANCE:.1%}"
+            )
+        if density_kg_m3 is None:
+            return speed
+        heavier = np.asarray(density_kg_m3, dtype=float) / self.density_kg_m3
+        if self.only_this_density and (abs(heavier - 1.0) > 1e-6).any():
+            raise InputError(
+                "strain_rate, target_inertia and elastic_shot make the dimple depend on the shot's density by itself:"
+                f" allowed {self.density_kg_m3:g} kg/m3, the reference shot's"
+            )
+        return speed * np.sqrt(heavier)
+
+    @cached_property
+    def radius_curve(self) -> Curve:
+        return Curve("dimple radius", self.table_speed_m_s, self.table_radius_m)
+
+    def beyond_table(self, diameter_m, normal_speed_m_s, density_kg_m3=None) -> np.ndarray:
+        """Which impacts are slower or faster than any that was solved: their dimples are extrapolated by power laws."""
+        speed = self.equivalent_speed(diameter_m, normal_speed_m_s, density_kg_m3)
+        return outside(speed, self.table_speed_m_s) if self.table_speed_m_s.size else speed != self.speed_m_s
 
     def radius_for(self, diameter_m, normal_speed_m_s, density_kg_m3=None):
         """Dimple radius [m] of a shot of ``diameter_m`` at ``normal_speed_m_s`` (floats or arrays; 0 for none).
 
-        ``density_kg_m3`` of the shot, default the dimple's: as if faster by the root of the densities' ratio.
+        ``density_kg_m3`` of the shot, default the dimple's: as if faster by the root of the densities' ratio.  Beyond
+        the table (see ``beyond_table``) power laws with the slopes of its ends; without a table ``speed_exponent``.
+        Raises InputError for what ``equivalent_speed`` refuses.
         """
-        speed = np.maximum(np.asarray(normal_speed_m_s, dtype=float), 0.0) / self.speed_m_s
-        if density_kg_m3 is not None:
-            speed = speed * np.sqrt(np.asarray(density_kg_m3, dtype=float) / self.density_kg_m3)
-        return (
-            self.radius_m * np.asarray(diameter_m, dtype=float) / self.diameter_m * speed**self.speed_exponent
-        )
+        speed = self.equivalent_speed(diameter_m, normal_speed_m_s, density_kg_m3)
+        size = np.asarray(diameter_m, dtype=float) / self.diameter_m
+        if self.table_speed_m_s.size > 1:
+            return size * self.radius_curve.with_tails(speed)
+        return size * self.radius_m * (speed / self.speed_m_s) ** self.speed_exponent
 
     def save(self, path: Path) -> None:
         """Write all fields to ``path`` (.npz)."""
@@ -101,31 +145,63 @@ def solve_dimple(
     diameter_m: float,
     elements_per_radius: int,
     workdir: Path,
+    other_speeds_m_s: Sequence[float] = (),
+    physics: ImpactPhysics = ImpactPhysics(),  # noqa: B008 - frozen
+    jobs: int | None = None,
     progress: Callable[[float, str], None] | None = None,
 ) -> Dimple:
-    """The dimple of a rigid, frictionless shot at normal ``speed_m_s`` on ``material`` (its Johnson-Cook law).
+    """The dimple of a shot at normal ``speed_m_s`` on ``material`` (its ``single_law``), and its table over the speed.
 
-    Two impacts are solved, at the speed asked for and at half of it; both come from the cache when they
-    were solved before.  ``workdir`` receives their drivers and logs.  Raises SolverFailed, NotConverged.
+    The table holds ``speed_m_s`` and ``other_speeds_m_s``, by default half of it; those at which nothing yields are
+    left out.  All come from the cache when they were solved before, else ``jobs`` at a time (all cores).  ``workdir``
+    receives their drivers and logs.  Raises SolverFailed, NotConverged.
     """
-    runs: list[ReducedImpact] = []
-    for k, (speed, name) in enumerate(((speed_m_s, "impact"), (0.5 * speed_m_s, "impact-half-speed"))):
-        tell = (
-            (lambda share, text="", k=k, speed=speed: progress(0.5 * (k + share), f"{speed:g} m/s: {text}"))
-            if progress
-            else None
-        )
-        runs.append(
-            solve_reduced(material, material.johnson_cook, speed_m_s=speed, density_kg_m3=density_kg_m3,
-                          elements_per_radius=elements_per_radius, progress=tell)
-        )  # fmt: skip
-        copy_record(runs[-1], workdir, name)
-    full, half = runs
-    exponents = (
-        float(np.log2(zero_height_radius(full) / zero_height_radius(half))),
-        float(np.log2(half.restitution / full.restitution)),
-    )
-    return to_si(full, speed_m_s, density_kg_m3, diameter_m, exponents, full.wall_s + half.wall_s)
+    speeds = sorted({float(speed_m_s), *(float(v) for v in other_speeds_m_s or (0.5 * speed_m_s,))})
+    runs = solve_speeds(
+        material, speeds, density_kg_m3=density_kg_m3, elements_per_radius=elements_per_radius, physics=physics,
+        jobs=jobs, progress=progress,
+    )  # fmt: skip
+    nominal = runs[speeds.index(float(speed_m_s))]
+    for speed, run in zip(speeds, runs, strict=True):
+        copy_record(run, workdir, "impact" if run is nominal else f"impact-{speed:g}")
+    return tabulated(dict(zip(speeds, runs, strict=True)), material, float(speed_m_s), density_kg_m3, diameter_m, physics)
+
+
+def tabulated(
+    runs: dict[float, ReducedImpact],
+    material: Material,
+    speed_m_s: float,
+    density_kg_m3: float,
+    diameter_m: float,
+    physics: ImpactPhysics = ImpactPhysics(),  # noqa: B008 - frozen
+) -> Dimple:
+    """The dimple of ``runs[speed_m_s]``, with a table of all ``runs`` (by rising speed) that left one."""
+    table = []
+    for speed, run in runs.items():
+        try:
+            table.append((speed, zero_height_radius(run), run.restitution))
+        except NotConverged:
+            if speed >= speed_m_s:  # one that is slower and only springs is no failure, this one's would be
+                raise
+    if len(table) < 2:
+        zero_height_radius(next(iter(runs.values())))  # raises: the speeds beside it leave no dimple
+    speed, radius, e = (np.array(column) for column in zip(*table, strict=True))
+    here = int(np.flatnonzero(speed == speed_m_s)[0])
+    slower, faster = (here - 1, here) if here else (0, 1)
+    step = np.log(speed[faster] / speed[slower])
+    exponents = float(np.log(radius[faster] / radius[slower]) / step), float(np.log(e[slower] / e[faster]) / step)
+    wall_s = sum(run.wall_s for run in runs.values())
+    ratio = np.inf
+    if physics.rate:
+        ratio = float(np.exp(RATE_TOLERANCE / material.single_law.C))
+    nominal = runs[speed_m_s]
+    return replace(
+        to_si(nominal, speed_m_s, density_kg_m3, diameter_m, exponents, wall_s),
+        table_speed_m_s=speed, table_radius_m=radius * 0.5 * diameter_m, table_restitution=e,
+        only_this_density=physics.rate or physics.inertia or physics.elastic_shot is not None,
+        largest_size_ratio=ratio,
+        centre_pressure_Pa=nominal.centre_pressure * 1e6, mean_pressure_Pa=nominal.mean_pressure * 1e6,
+    )  # fmt: skip
 
 
 def to_si(

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from helpers import dimple, reduced
 
 from glue.errors import InputError, NotConverged
+from glue.scene.catalogue import material
+from glue.target import dimple as module
 from glue.target.dimple import Dimple, edge_peeq, layer_stress, zero_height_radius
+from glue.target.physics import ImpactPhysics
 
 
 YIELDED = {"peeq": np.array([0.1])}
@@ -92,24 +97,64 @@ def test_a_dimple_file_that_is_not_one_is_named(tmp_path, content):
         Dimple.load(path)
 
 
-def test_exponents_are_those_of_two_impacts(monkeypatch, tmp_path):
+def solved(speeds, power=0.5, rebound=0.25, yields_above=0.0):
+    """Reduced impacts by speed whose radius and restitution follow power laws."""
+    r, found = np.linspace(0, 2, 2001), {}
+    for v in speeds:
+        radius = 0.5 * (v / 60.0) ** power
+        impact = reduced(r, r**2 - radius**2, YIELDED if v > yields_above else {"peeq": np.zeros(1)})
+        points = {**reduced([0], [0], section(lambda r, d: 0 * r, n=39)).points, **impact.points}
+        points["peeq"] = np.full(points["r"].size, float(impact.points["peeq"].max()))
+        impact = dataclasses.replace(impact, triangles=np.zeros((points["r"].size // 3, 3, 2)))
+        found[v] = dataclasses.replace(impact, restitution=0.34 * (v / 60.0) ** -rebound, points=points)
+    return found
+
+
+RIGID = ImpactPhysics()
+
+
+def tabulated(speeds, physics=RIGID, **laws):
+    return module.tabulated(solved(speeds, **laws), material("al2024-t351"), 60.0, 7800.0, 1e-3, physics)
+
+
+def test_exponents_are_those_of_the_step_below():
     """Half the speed: radius sqrt(1/2) as wide, rebound 2^(1/4) as high. Elastoplastic impact has these two powers."""
-    import dataclasses
+    found = tabulated((30.0, 60.0))
+    assert found.speed_exponent == pytest.approx(0.5, abs=1e-4)
+    assert found.restitution_exponent == pytest.approx(0.25, rel=1e-12)
 
-    from glue.target import dimple as module
 
-    r = np.linspace(0, 2, 2001)
+def test_the_table_gives_the_radius_between_and_beyond_its_speeds():
+    found = tabulated((3.75, 7.5, 15.0, 30.0, 60.0))
+    for v in (1.0, 3.75, 11.0, 60.0, 70.0):
+        assert found.radius_for(1e-3, v) == pytest.approx(0.25e-3 * (v / 60.0) ** 0.5, rel=1e-3)
+    assert found.radius_for(1e-3, 60.0) == pytest.approx(found.radius_m, rel=1e-12)
+    assert found.radius_for(2e-3, np.array([-1.0, 0.0])).tolist() == [0.0, 0.0]
+    beyond = found.beyond_table(1e-3, np.array([1.0, 3.75, 20.0, 60.0, 61.0]))
+    assert beyond.tolist() == [True, False, False, False, True]
+    # four times as dense is twice as fast
+    assert found.beyond_table(1e-3, 40.0, 4 * 7800.0) and not found.beyond_table(1e-3, 40.0)
 
-    def solved(material, law, *, speed_m_s, **other):
-        radius = 0.5 * (speed_m_s / 60.0) ** 0.5
-        impact = reduced(r, r**2 - radius**2, YIELDED)
-        return dataclasses.replace(impact, restitution=0.34 * (speed_m_s / 60.0) ** -0.25)
 
-    monkeypatch.setattr(module, "solve_reduced", solved)
-    monkeypatch.setattr(module, "copy_record", lambda *args: None)
-    monkeypatch.setattr(module, "to_si", lambda impact, speed, density, diameter, exponents, wall_s: exponents)
-    material = type("Material", (), {"johnson_cook": None})
-    found = module.solve_dimple(
-        material, speed_m_s=60.0, density_kg_m3=7800.0, diameter_m=1e-3, elements_per_radius=6, workdir=tmp_path
-    )
-    assert found[0] == pytest.approx(0.5, abs=1e-4) and found[1] == pytest.approx(0.25, rel=1e-12)
+def test_speeds_at_which_nothing_yields_are_left_out():
+    found = tabulated((3.75, 15.0, 60.0), yields_above=5.0)
+    assert found.table_speed_m_s.tolist() == [15.0, 60.0]
+    with pytest.raises(NotConverged, match="no dimple"):
+        tabulated((15.0, 60.0), yields_above=20.0)
+    with pytest.raises(NotConverged, match="no dimple"):
+        tabulated((15.0, 60.0), yields_above=100.0)
+
+
+def test_physics_that_does_not_scale_is_not_scaled():
+    rigid = tabulated((30.0, 60.0))
+    assert rigid.radius_for(3e-3, 60.0, 2500.0) == pytest.approx(3 * rigid.radius_for(1e-3, 60.0 * (2500 / 7800) ** 0.5))
+    for physics in (ImpactPhysics(inertia=True), ImpactPhysics(elastic_shot=(210e9, 0.3))):
+        found = tabulated((30.0, 60.0), physics)
+        assert found.radius_for(3e-3, 60.0, 7800.0) == pytest.approx(3 * found.radius_for(1e-3, 60.0))
+        with pytest.raises(InputError, match="density"):
+            found.radius_for(1e-3, 60.0, 2500.0)
+    rate = tabulated((30.0, 60.0), ImpactPhysics(rate=True, radius_m=0.5e-3))
+    rate.radius_for(np.array([0.9e-3, 1.1e-3]), 60.0, 7800.0)  # C ln 1.1 = 8e-4
+    for diameter in (0.3e-3, 3e-3):
+        with pytest.raises(InputError, match="belongs to its diameter"):
+            rate.radius_for(diameter, 60.0)

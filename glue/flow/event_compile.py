@@ -24,7 +24,7 @@ def part(function):
 def sources() -> int:
     """A number that changes with any file that the event loop is made of."""
     here = Path(__file__).parent
-    names = ("drag", "jets", "restitution", "tangential", "touch")
+    names = ("drag", "jets", "pair_contact", "restitution", "tangential", "touch")
     files = sorted(here.glob("event_*.py")) + [here / f"{name}.py" for name in names]
     digest = hashlib.sha256(b"".join(file.read_bytes() for file in files)).digest()
     return int.from_bytes(digest[:7], "big")

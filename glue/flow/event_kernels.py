@@ -24,8 +24,9 @@ restitution_at = part(restitution.restitution_at)
 equivalent_speed = part(restitution.equivalent_speed)
 hardened = part(restitution.hardened)
 impulse_across = part(tangential.impulse_across)
-impulse_between = part(pair_contact.impulse_between)
+parting = part(pair_contact.parting)
 slowed = part(drag.slowed)
+turned_normal = part(pair_contact.turned_normal)
 
 # A shot that gravity lets rise by less than this share of its radius after an impact has come to rest.
 REST_RISE = 1e-3
@@ -145,20 +146,29 @@ def collide(a, b, e, mu):
     distance = math.sqrt(x * x + y * y + z * z)
     n = (x / distance, y / distance, z / distance)  # from b to a
     u = (a.vx - b.vx, a.vy - b.vy, a.vz - b.vz)
-    s = (
-        a.radius * a.wx + b.radius * b.wx,
-        a.radius * a.wy + b.radius * b.wy,
-        a.radius * a.wz + b.radius * b.wz,
-    )
     reach = a.radius + b.radius
     m = a.mass * b.mass / (a.mass + b.mass)
     compliance = a.compliance + b.compliance
     modulus = 1.0 / compliance if compliance > 0.0 else math.inf
+    q = turned_normal(n, u, e, reach, m, a.radius * b.radius / reach, modulus)
+    sx = a.radius * a.wx + b.radius * b.wx
+    sy = a.radius * a.wy + b.radius * b.wy
+    sz = a.radius * a.wz + b.radius * b.wz
+    slip = (
+        u[0] - (sy * q[2] - sz * q[1]),
+        u[1] - (sz * q[0] - sx * q[2]),
+        u[2] - (sx * q[1] - sy * q[0]),
+    )
     before = energy(a) + energy(b)
     qx, qy, qz = _momentum(a, b)
-    px, py, pz, nx, ny, nz = impulse_between(n, u, s, e, mu, reach, m, a.radius * b.radius / reach, modulus)
-    _push(a, m * px, m * py, m * pz, -1.0, (nx, ny, nz))
-    _push(b, -m * px, -m * py, -m * pz, 1.0, (nx, ny, nz))
+    px, py, pz = _impulse(slip, q, m, e, mu)
+    _push(a, px, py, pz, -1.0, q)
+    _push(b, -px, -py, -pz, 1.0, q)
+    dx, dy, dz = parting(n, (a.vx - b.vx, a.vy - b.vy, a.vz - b.vz))
+    share = m / a.mass
+    a.vx, a.vy, a.vz = a.vx + share * dx, a.vy + share * dy, a.vz + share * dz
+    share = m / b.mass
+    b.vx, b.vy, b.vz = b.vx - share * dx, b.vy - share * dy, b.vz - share * dz
     rx, ry, rz = _momentum(a, b)
     off = math.sqrt((rx - qx) ** 2 + (ry - qy) ** 2 + (rz - qz) ** 2)
     scale = math.sqrt(2.0 * before * max(a.mass, b.mass))

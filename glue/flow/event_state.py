@@ -34,7 +34,7 @@ SHOT = np.dtype(
     + [
         (name, REAL)
         for name in (
-            *("wx", "wy", "wz", "mass"),
+            *("wx", "wy", "wz", "mass", "compliance"),
             "exact_at",  # with kicks: the time at which (vx, vy, vz) is the true velocity
             "touched",  # time of the latest contact
             *("nx", "ny", "nz"),  # outward normal where it will touch the target

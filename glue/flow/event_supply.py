@@ -28,6 +28,7 @@ def admit(world, grid, physics, surface, arrival, t):
     shot.wx = shot.wy = shot.wz = 0.0
     shot.radius = 0.5 * arrival.diameter_m
     shot.mass = arrival.density_kg_m3 * math.pi / 6.0 * arrival.diameter_m**3
+    shot.compliance = physics.compliance[arrival.medium]
     shot.since = shot.exact_at = arrival.time_s
     shot.touched, shot.t_kick = -math.inf, math.inf
     shot.arrival, shot.collisions, shot.impacts = clock.fed, 0, 0

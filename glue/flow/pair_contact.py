@@ -27,65 +27,46 @@ from __future__ import annotations
 
 import math
 
-from glue.flow.tangential import impulse_across
-
 TO_DEEPEST = 0.4 * math.gamma(0.4) * math.gamma(0.5) / math.gamma(0.9)  # 1.4716, times depth over speed
-# What separates a pair that the turned impulse would leave approaching along its first normal, over its speed.
+# What separates a pair that would still approach along its first normal, over its speed.
 APART = 1e-9
 
 
-def tan_turn(gn_m_s, gt_m_s, reach_m, mass_kg, radius_m, modulus_Pa, e):
-    """tan(turn) from the touch to the impulse's centroid; 0 for gn <= 0 and for rigid shots (modulus inf).
+def turned_normal(n, u, e, reach_m, mass_kg, radius_m, modulus_Pa):
+    """n' (x, y, z); n itself for rigid shots (modulus inf) and for a central collision.
 
-    ``reach_m`` sum of the radii; ``mass_kg``, ``radius_m`` effective ones (product over sum); ``modulus_Pa`` E*.
-    """
-    if not gn_m_s > 0.0:
-        return 0.0
-    depth = (15.0 * mass_kg * gn_m_s * gn_m_s / (16.0 * math.sqrt(radius_m) * modulus_Pa)) ** 0.4
-    tau = TO_DEEPEST * depth / gn_m_s
-    past = tau * gt_m_s * gt_m_s / (reach_m * gn_m_s)
-    loss = -math.log(e)
-    late = 2.0 * e / (1.0 + e) * (1.0 + 0.1 * loss + 0.05 * loss * loss)
-    return late * tau * gt_m_s / (reach_m * (1.0 + past**1.5) ** (2.0 / 3.0))
-
-
-def impulse_between(n, u, s, e, mu, reach_m, mass_kg, radius_m, modulus_Pa):
-    """(impulse over the effective mass [m/s], turned normal), 3 + 3, of shot a that touches shot b.
-
-    ``n`` unit normal from b to a; ``u`` velocity of a relative to b [m/s]; ``s`` sum of radius times spin of both
-    [m/s]; the others as in ``tan_turn``.  Afterwards the two separate along ``n``.
+    ``n`` unit normal from b to a, ``u`` velocity of a relative to b [m/s], towards it; ``reach_m`` sum of the
+    radii, ``mass_kg`` and ``radius_m`` the effective ones (product over sum), ``modulus_Pa`` E*.
     """
     nx, ny, nz = n
-    ux, uy, uz = u
-    gn = -(ux * nx + uy * ny + uz * nz)
-    if not gn > 0.0:
-        return 0.0, 0.0, 0.0, nx, ny, nz
-    tx, ty, tz = ux + gn * nx, uy + gn * ny, uz + gn * nz
-    gt = math.sqrt(tx * tx + ty * ty + tz * tz)
-    mx, my, mz = nx, ny, nz
-    if gt > 0.0 and modulus_Pa < math.inf:
-        turn = tan_turn(gn, gt, reach_m, mass_kg, radius_m, modulus_Pa, e)
-        size = math.sqrt(1.0 + turn * turn)
-        share = turn / gt
-        mx, my, mz = (nx + share * tx) / size, (ny + share * ty) / size, (nz + share * tz) / size
-    slip_x = ux - (s[1] * mz - s[2] * my)
-    slip_y = uy - (s[2] * mx - s[0] * mz)
-    slip_z = uz - (s[0] * my - s[1] * mx)
-    approach = max(-(ux * mx + uy * my + uz * mz), 0.0)
-    slip_x, slip_y, slip_z = slip_x + approach * mx, slip_y + approach * my, slip_z + approach * mz
-    slip = math.sqrt(slip_x * slip_x + slip_y * slip_y + slip_z * slip_z)
-    along = (1.0 + e) * approach
-    back = impulse_across(approach, slip, e, mu) / slip if slip > 0.0 and approach > 0.0 else 0.0
-    px, py, pz = along * mx - back * slip_x, along * my - back * slip_y, along * mz - back * slip_z
-    ox, oy, oz = ux + px, uy + py, uz + pz
-    out = ox * nx + oy * ny + oz * nz
-    if out < 0.0:
-        # A grazing touch: they are past one another when they part.  Here they are not yet, so they leave
-        # sideways, at the speed that they have.
-        ax, ay, az = ox - out * nx, oy - out * ny, oz - out * nz
-        whole = math.sqrt(ox * ox + oy * oy + oz * oz)
-        flat = math.sqrt(ax * ax + ay * ay + az * az)
-        k = whole / flat * math.sqrt(1.0 - APART * APART) if flat > 0.0 else 0.0
-        rise = APART * whole if flat > 0.0 else e * gn
-        px, py, pz = k * ax + rise * nx - ux, k * ay + rise * ny - uy, k * az + rise * nz - uz
-    return px, py, pz, mx, my, mz
+    gn = -(u[0] * nx + u[1] * ny + u[2] * nz)
+    tx, ty, tz = u[0] + gn * nx, u[1] + gn * ny, u[2] + gn * nz
+    past = tx * tx + ty * ty + tz * tz
+    if not gn > 0.0 or past == 0.0 or modulus_Pa == math.inf:
+        return nx, ny, nz
+    depth = (15.0 * mass_kg * gn * gn / (16.0 * math.sqrt(radius_m) * modulus_Pa)) ** 0.4
+    tau = TO_DEEPEST * depth / gn
+    tau /= (1.0 + (tau * past / (reach_m * gn)) ** 1.5) ** (2.0 / 3.0)
+    loss = -math.log(e)
+    tau *= 2.0 * e / (1.0 + e) * (1.0 + 0.1 * loss + 0.05 * loss * loss)
+    way = tau / reach_m
+    x, y, z = nx + way * tx, ny + way * ty, nz + way * tz
+    size = math.sqrt(x * x + y * y + z * z)
+    return x / size, y / size, z / size
+
+
+def parting(n, out):
+    """What to add to the relative velocity ``out`` [m/s] after the impulse so that the pair parts along ``n``.
+
+    Shots that graze are past one another when they part; at the moment to which the impulse is put they are
+    not yet.  They leave sideways then, at the speed that they have.  Mostly (0, 0, 0).
+    """
+    rise = out[0] * n[0] + out[1] * n[1] + out[2] * n[2]
+    if rise >= 0.0:
+        return 0.0, 0.0, 0.0
+    x, y, z = out[0] - rise * n[0], out[1] - rise * n[1], out[2] - rise * n[2]
+    flat2 = x * x + y * y + z * z
+    speed = math.sqrt(flat2 + rise * rise)
+    k = speed * math.sqrt((1.0 - APART * APART) / flat2) if flat2 > 0.0 else 0.0
+    up = APART * speed
+    return k * x + up * n[0] - out[0], k * y + up * n[1] - out[1], k * z + up * n[2] - out[2]

@@ -9,7 +9,10 @@ import numpy as np
 from scenes import bare_scene
 
 from glue.flow.arrivals import COLUMNS
+from glue.flow.pair_contact import parting, turned_normal
 from glue.flow.tangential import impulse_across
+
+STEEL_MODULUS_PA = 210e9 / (2.0 * (1.0 - 0.3**2))  # E* of two shots of ``bare_scene``
 
 
 def shots(*rows) -> np.ndarray:
@@ -81,18 +84,25 @@ def march(arrivals, e_target, e_shots, mu, until_s):
 
 def _bounce(i, j, n, x, v, w, r, m, e, mu):
     """Instant contact of i with j (None: the resting target), n from i towards it."""
-    slip = v[i] + np.cross(w[i], r[i] * n)
-    inverse = 1.0 / m[i]
+    m_j, r_j, v_j, w_j = (m[j], r[j], v[j], w[j]) if j is not None else (math.inf, math.inf, 0.0, np.zeros(3))
+    reduced = 1.0 / (1.0 / m[i] + 1.0 / m_j)
+    first, u = n, v[i] - v_j
     if j is not None:
-        slip = slip - v[j] - np.cross(w[j], -r[j] * n)
-        inverse += 1.0 / m[j]
+        radius = r[i] * r_j / (r[i] + r_j)
+        n = -np.array(turned_normal(-n, u, e, r[i] + r_j, reduced, radius, STEEL_MODULUS_PA))
+    slip = u + np.cross(w[i], r[i] * n) + (np.cross(w_j, r_j * n) if j is not None else 0.0)
     gn = slip @ n
     gt = slip - gn * n
     size = np.linalg.norm(gt)
-    impulse = -(1.0 + e) * gn / inverse * n
+    change = -(1.0 + e) * gn * n
     if size > 0.0:
-        impulse = impulse - impulse_across(gn, size, e, mu) / inverse * gt / size
+        change = change - impulse_across(gn, size, e, mu) * gt / size
     for body, sign in ((i, 1.0), (j, -1.0)):
         if body is not None:
-            v[body] += sign * impulse / m[body]
-            w[body] += np.cross(r[body] * n, impulse) / (0.4 * m[body] * r[body] ** 2)
+            impulse = sign * reduced * change
+            v[body] += impulse / m[body]
+            w[body] += np.cross(r[body] * n, reduced * change) / (0.4 * m[body] * r[body] ** 2)
+    if j is not None:
+        extra = np.array(parting(-first, u + change))
+        v[i] += reduced / m[i] * extra
+        v[j] -= reduced / m[j] * extra

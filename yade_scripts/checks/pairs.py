@@ -80,8 +80,9 @@ def model(row, modulus: float) -> tuple[np.ndarray, float]:
     approach = -np.dot(u, turned)
     slip = u + approach * turned
     across = impulse_across(approach, np.linalg.norm(slip), row["e"], row["mu"]) / np.linalg.norm(slip)
-    p = parting(n, u, tuple((1.0 + row["e"]) * approach * turned - across * slip))
-    return np.add(u, p), -2.5 * float(np.cross(turned, p)[1])
+    impulse = (1.0 + row["e"]) * approach * turned - across * slip
+    out = u + impulse
+    return out + parting(n, out), -2.5 * float(np.cross(turned, impulse)[1])
 
 
 def off(data: np.ndarray, modulus: float = MODULUS) -> tuple[np.ndarray, np.ndarray]:

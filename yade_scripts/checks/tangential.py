@@ -6,9 +6,9 @@ fitted again to a part of the impacts on the target (without spin, 60 m/s, frict
 the one that is in use is held against all others.
 
 Limits, set beforehand, as shares of the slip g_t before the impact: outgoing tangential velocity 3 % rms and
-10 % at most, surface speed of the spin 8 % rms.  Two shots at 60 m/s miss them: while they touch, the line
-between their centres turns by up to .2 rad, which no instantaneous impact can show; at 5 m/s it hardly does.
-Their limit was set afterwards and only guards what was found (6 % rms).
+10 % at most, surface speed of the spin 8 % rms.  Two shots at 60 m/s miss them along the first normal: while
+they touch, the line between their centres turns.  ``glue.flow.pair_contact`` turns it, ``pairs.py`` holds
+that against YADE; here only those at 5 m/s are judged.
 
     yade -n -x yade_scripts/checks/tangential.py [--json FILE]
 """
@@ -108,11 +108,10 @@ def rms(x: np.ndarray) -> float:
 
 rows = Rows("tangential impulse of oblique impacts, dt .3 P")
 sets = {}
-for pair in ("target", "shot"):
-    for speed in (60.0, 5.0):
-        sets[pair, speed] = np.concatenate(
-            [impacts(pair, e, mu, speed) for e in RESTITUTIONS for mu in FRICTIONS]
-        )
+for pair, speed in (("target", 60.0), ("target", 5.0), ("shot", 5.0)):
+    sets[pair, speed] = np.concatenate(
+        [impacts(pair, e, mu, speed) for e in RESTITUTIONS for mu in FRICTIONS]
+    )
 
 data = sets["target", 60.0]
 used = (
@@ -141,11 +140,6 @@ for name, data in unseen.items():
     rows.below(f"{name}: velocity off, rms", rms(velocity), 0.03, f"{len(data)} impacts")
     rows.below(f"{name}: velocity off, largest", np.abs(velocity).max(), 0.10)
     rows.below(f"{name}: spin off, rms", rms(surface), 0.08, f"mean {surface.mean():+.3f}")
-velocity, surface = off(sets["shot", 60.0])
-rows.below(
-    "shot on shot, 60 m/s: velocity off, rms", rms(velocity), 0.10, f"largest {np.abs(velocity).max():.3f}"
-)
-
 constant = min(
     rms(
         off(

@@ -47,39 +47,6 @@ def audit(mover) -> None:
         raise FlowFailed(f"shots {a} and {b} fly through each other: missed a contact")
 
 
-class Row(NamedTuple):
-    """One check after the run."""
-
-    name: str
-    value: float
-    limit: float
-    passed: bool
-
-
-def audit(mover) -> None:
-    """Every free shot: finite, above the target, apart from the others, and in YADE (if it has a body there)
-    as its last contact left it: else a contact was missed. Raises FlowFailed.
-    """
-    fleet, now = mover.fleet, mover.logger.clock()
-    place, free = fleet.at(now).T, [s for s in fleet.shots if not s.open]
-    for shot in free:
-        if not mover.bodies.target.depth_m(place[shot.slot]) < 0.0:  # this way round, nan fails too
-            raise FlowFailed(f"shot {shot.shot_id} is below the target's surface or lost: {place[shot.slot]}")
-        if shot.body >= 0:
-            mover.bodies.check_flight(shot, now)
-        if len(fleet.shots) < 2:
-            continue
-        apart = np.linalg.norm(place - place[shot.slot], axis=1) - (fleet.radius + shot.radius) * (
-            1.0 - MISSED
-        )
-        apart[~fleet.free] = apart[shot.slot] = math.inf
-        if apart.min() < 0.0:
-            other = fleet.shots[int(apart.argmin())]
-            raise FlowFailed(
-                f"shots {shot.shot_id} and {other.shot_id} fly through each other: missed a contact"
-            )
-
-
 def postflight(plan: Plan, stream) -> list[Row]:
     """The checks of a finished run (finite speeds, flight and energy were also checked while it ran)."""
     logger, shots = stream.logger, stream.fleet.shots

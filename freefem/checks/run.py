@@ -12,11 +12,12 @@ import tempfile
 from pathlib import Path
 
 import impact
+import kernel
 import plasticity
 
 from glue.checkrows import Rows
 
-CHECKS = (*plasticity.CHECKS, *impact.CHECKS)
+CHECKS = (*kernel.CHECKS, *plasticity.CHECKS, *impact.CHECKS)
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from helpers import dimple
 
 from glue.errors import InputError
 from glue.scene.catalogue import material
+from glue.scene.laws import CombinedHardening, HardeningTable, JohnsonCook
 from glue.scene.presets import PRESETS
 from glue.solvers import compile_freefem
 from glue.target import reduced_impact
@@ -98,3 +100,37 @@ def test_law_table_is_in_MPa_in_the_kernels_order():
     assert law_table(73.1e9, 0.33, AL2024.combined) == pytest.approx(
         [73100, 0.33, 270, 0, 1, 80, 12, 130, 300, 60, 12, *none]
     )
+
+
+def test_rate_and_heat_in_the_units_of_the_shot():
+    """Reference rate 1/s with R = .5 mm: 5e-4 in R/(1 m/s); heat: kelvins per MPa of plastic work, .9/(2780 . 875)."""
+    law = AL2024.johnson_cook
+    plain = law_table(73.1e9, 0.33, law)
+    assert law_table(73.1e9, 0.33, law, radius_m=0.5e-3, rate=True)[12:14] == pytest.approx([0.0083, 5e-4])
+    hot = law_table(73.1e9, 0.33, law, density_kg_m3=2780.0, thermal=True)
+    assert hot[12:] == pytest.approx([0, 0, 1.7, 293, 775, 0.9e6 / (2780 * 875), 0])
+    assert hot[:12] == plain[:12]
+    # A rise of 1 K takes 2.7 MPa of plastic work: 2780 kg/m3 . 875 J/kg/K = 2.43 MJ/m3/K, over .9.
+    assert 1 / hot[17] == pytest.approx(2.703, abs=1e-3)
+
+
+def test_a_table_and_a_cap_in_the_array():
+    table = HardeningTable((0.0, 0.1), (300e6, 400e6))
+    assert law_table(73.1e9, 0.33, table)[2:] == pytest.approx([0, 0, 1] + [0] * 13 + [2, 0, 0.1, 300, 400])
+    assert law_table(73.1e9, 0.33, replace(AL2024.johnson_cook, saturation_Pa=470e6))[11] == pytest.approx(470)
+
+
+@pytest.mark.parametrize(
+    ("law", "wanted", "said"),
+    [
+        (JohnsonCook(300e6, 0.0, 1.0), {"rate": True, "radius_m": 1e-3}, "no rate term; allowed: johnson_cook with C"),
+        (AL2024.combined, {"rate": True, "radius_m": 1e-3}, "no rate term"),
+        (AL2024.johnson_cook, {"rate": True}, "radius"),
+        (material("in718").johnson_cook, {"thermal": True, "density_kg_m3": 8220.0}, "melting_K"),
+        (AL2024.johnson_cook, {"thermal": True}, "density"),
+        (CombinedHardening(300e6, 0.0, 1.0, ((1e6, 1.0),) * 3), {}, "at most two"),
+    ],
+)
+def test_a_law_without_what_is_asked_of_it_is_refused(law, wanted, said):
+    with pytest.raises(InputError, match=said):
+        law_table(73.1e9, 0.33, law, **wanted)

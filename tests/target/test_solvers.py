@@ -14,10 +14,9 @@ from glue.errors import NotConverged
 from glue.scene.catalogue import material
 from glue.scene.model import JohnsonCook
 from glue.scene.reader import example_path, read_scene
-from glue.solvers import repo_root, run_freefem
+from glue.solvers import repo_root
 from glue.target.cell import solve_cell
 from glue.target.dimple import solve_dimple, to_si
-from glue.target.driver import Parameter, law_table, write_driver
 from glue.target.reduced_impact import solve_reduced
 from glue.target.tables import read_table
 
@@ -43,101 +42,6 @@ def test_checks_against_exact_solutions(tmp_path):
     passed, of = done.stdout.splitlines()[-1].split()[0].split("/")
     assert passed == of
     assert int(of) >= 20
-
-
-_TWINS = {
-    "small": """
-real[int, int] strain(60, 6), s0(60, 19), s1(60, 19);
-{ ifstream f("random.txt");
-  for (int k = 0; k < 60; ++k) {
-    for (int i = 0; i < 6; ++i) f >> strain(k, i);
-    for (int i = 0; i < 19; ++i) f >> s0(k, i);
-  } }
-int failed = updatePointsSmall(law, strain, s0, s1);
-{ ofstream f("out.csv"); f.precision(17); f << "v" << endl;
-  for (int k = 0; k < 60; ++k) for (int i = 0; i < 19; ++i) f << s1(k, i) << endl; }
-{ ofstream f("status"); f << "ok" << endl << failed << endl; }
-""",
-    "axisym": """
-real[int, int] grad(60, 10), a0(60, 14), a1(60, 14), out(60, 30);
-{ ifstream f("random.txt");
-  for (int k = 0; k < 60; ++k) {
-    for (int i = 0; i < 10; ++i) f >> grad(k, i);
-    for (int i = 0; i < 14; ++i) f >> a0(k, i);
-  } }
-out = 0;
-int failed = updatePoints(law, 0., grad, a0, a1, out);
-{ ofstream f("out.csv"); f.precision(17); f << "v" << endl;
-  for (int k = 0; k < 60; ++k) {
-    for (int i = 0; i < 14; ++i) f << a1(k, i) << endl;
-    for (int i = 0; i < 30; ++i) f << out(k, i) << endl;
-  } }
-{ ofstream f("status"); f << "ok" << endl << failed << endl; }
-""",
-}
-
-
-def random_states(rng, n: int) -> np.ndarray:
-    """60 states (sigma, p, a1, a2) of tensors with ``n`` entries, backstresses deviatoric."""
-    state = np.column_stack(
-        [rng.normal(0, 100, (60, n)), rng.uniform(0, 0.2, 60), rng.normal(0, 40, (60, 2 * n))]
-    )
-    for o in (n + 1, 2 * n + 1):
-        state[:, o : o + 3] -= state[:, o : o + 3].mean(axis=1, keepdims=True)
-    return state
-
-
-@pytest.mark.parametrize("law", ["johnson_cook", "combined"])
-@pytest.mark.parametrize("kind", _TWINS)
-def test_compiled_kernels_equal_their_script_twins(tmp_path, kind, law):
-    """Random states and increments, elastic and plastic alike: the same numbers to rounding."""
-    rng = np.random.default_rng(11)
-    size = rng.choice([1e-4, 1e-2], (60, 1))
-    if kind == "small":
-        rows = np.hstack([rng.normal(0, 1, (60, 6)) * size, random_states(rng, 6)])
-    else:
-        old = rng.normal(0, 0.1, (60, 5))
-        rows = np.hstack([old, old + rng.normal(0, 1, (60, 5)) * size, random_states(rng, 4), np.zeros((60, 1))])
-    results = {}
-    for flavour in ("kernel", "script"):
-        folder = tmp_path / flavour
-        folder.mkdir()
-        np.savetxt(folder / "random.txt", rows, "%.17g")
-        table = law_table(AL2024.E_Pa, AL2024.nu, getattr(AL2024, law))
-        head = write_driver(
-            "twins", [Parameter("real[int]", "law", table, "MPa")], [f"points_{kind}_{flavour}.idp"]
-        )
-        (folder / "driver.edp").write_text(head + _TWINS[kind])
-        run_freefem(folder / "driver.edp", cwd=folder, log=folder / "log", status=folder / "status")
-        assert (folder / "status").read_text().split()[1] == "0"
-        results[flavour] = read_table(folder / "out.csv")["v"]
-    kernel, script = results["kernel"], results["script"]
-    assert np.abs(kernel).max() > 100
-    assert script == pytest.approx(kernel, rel=1e-9, abs=1e-9 * np.abs(kernel).max())
-
-
-@pytest.mark.parametrize("flavour", ["kernel", "script"])
-def test_a_rigid_rotation_turns_stress_and_backstress_and_nothing_else(tmp_path, flavour):
-    """.4 rad in one step, from rest and from an already turned state: sigma' = Q sigma Q^T, no plastic strain."""
-    before, angle = np.array([0.0, 0.3]), 0.4
-    state = random_states(np.random.default_rng(2), 4)[:2] * np.r_[[0.3] * 4, 1.0, [0.3] * 8]
-    state = np.hstack([state, [[0.0], [40.0]]])  # temperature: a rotation leaves it as it is
-    rows = []
-    for start, values in zip(before, state, strict=True):
-        grads = [np.array([np.cos(t) - 1, np.sin(t), -np.sin(t), np.cos(t) - 1, 0.0]) for t in (start, start + angle)]
-        rows.append(np.r_[grads[0], grads[1], values])
-    np.savetxt(tmp_path / "random.txt", rows, "%.17g")
-    table = law_table(AL2024.E_Pa, AL2024.nu, AL2024.combined)
-    head = write_driver("rotation", [Parameter("real[int]", "law", table, "MPa")], [f"points_axisym_{flavour}.idp"])
-    (tmp_path / "driver.edp").write_text(head + _TWINS["axisym"].replace("60", "2"))
-    run_freefem(tmp_path / "driver.edp", cwd=tmp_path, log=tmp_path / "log", status=tmp_path / "status")
-    got = read_table(tmp_path / "out.csv")["v"].reshape(2, 44)[:, :14]
-    q = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-    for new, old in zip(got, state, strict=True):
-        assert (new[4], new[13]) == (old[4], old[13])
-        for o in (0, 5, 9):
-            turned = q @ np.array([[old[o], old[o + 3]], [old[o + 3], old[o + 1]]]) @ q.T
-            assert new[o : o + 4] == pytest.approx([turned[0, 0], turned[1, 1], old[o + 2], turned[0, 1]], abs=1e-10)
 
 
 @pytest.mark.parametrize(

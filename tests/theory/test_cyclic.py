@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from glue.scene.model import CombinedHardening
+from glue.scene.laws import CombinedHardening, HardeningTable, JohnsonCook
 from glue.theory.cyclic import uniaxial_stress_Pa
 
 E = 73.1e9
@@ -50,3 +50,18 @@ def test_reversals_against_the_rate_equations():
         expected.append((stress, goal - stress / E))
     got = uniaxial_stress_Pa(E, LAW, [0.015, -0.015, 0.015])
     assert got == pytest.approx([stress for stress, _ in expected], abs=1e3)  # 1e-3 MPa
+
+
+@pytest.mark.parametrize(
+    "law", [JohnsonCook(300e6, 500e6, 0.5, saturation_Pa=380e6), HardeningTable((0.0, 0.01, 0.1), (300e6, 350e6, 380e6))]
+)
+def test_isotropic_laws_cycle_on_their_curve(law):
+    """Where it flows, |stress| is the flow stress at the accumulated plastic strain, in both directions."""
+    strains = [*np.linspace(0, 0.02, 21)[1:], *np.linspace(0.02, -0.02, 41)[1:]]
+    stress = np.array(uniaxial_stress_Pa(70e9, law, strains))
+    plastic = np.array(strains) - stress / 70e9
+    p = np.cumsum(np.abs(np.diff(plastic, prepend=0.0)))
+    flowing = np.abs(np.diff(p, prepend=0.0)) > 1e-6
+    assert 40 < flowing.sum() < 60
+    assert np.abs(stress[flowing]) == pytest.approx([law.flow_stress_Pa(v) for v in p[flowing]], rel=1e-9)
+    assert stress[19] > 0.0 > stress[-1]

@@ -39,6 +39,7 @@ _EXAMPLES = """examples:
   peen run my.toml --only dimple coverage        these stages and what they need
   peen report runs/mine                          one stage of a run, again if its inputs changed
   peen dimple --material al2024-t351 --speed 60  one impact
+  peen dimple --material ti6al4v --speeds 1:120  a library of dimples over the speed
 
 exit codes: 0 done, 2 bad input, 3 a solver failed, 4 a solver did not converge, 130 stopped by Ctrl-C"""
 
@@ -127,9 +128,17 @@ def _parser() -> argparse.ArgumentParser:
         stage.add_argument("run", metavar="RUN", type=Path)
         stage.set_defaults(stage=name)
 
-    dimple = add("dimple", _dimple, "solve one normal impact of a rigid sphere on a flat target")
+    dimple = add("dimple", _dimple, "solve normal impacts of a rigid sphere on a flat target: one, or a library of speeds")
     dimple.add_argument("--material", required=True, help="key of the catalogue, such as al2024-t351")
-    dimple.add_argument("--speed", required=True, type=float, metavar="M_S", help="normal speed [m/s]")
+    wanted = dimple.add_mutually_exclusive_group(required=True)
+    wanted.add_argument("--speed", type=float, metavar="M_S", help="normal speed [m/s] of one impact")
+    wanted.add_argument("--speeds", metavar="FROM:TO", help="a library over these speeds [m/s], such as 1:120")
+    dimple.add_argument("--points", type=int, default=12, metavar="N", help="speeds of the library (default %(default)s)")
+    dimple.add_argument("--jobs", type=int, metavar="N", help="impacts solved at a time (default: one per core)")
+    dimple.add_argument("--out", type=Path, metavar="FILE", help="write the library as JSON, too")
+    dimple.add_argument(
+        "--compare", action="store_true", help="the library beside closed forms (Kirk, Al-Hassani, Shen-Atluri, Nguyen)"
+    )
     dimple.add_argument(
         "--shot", default="S390", metavar="GRADE", help="gives diameter and density (default %(default)s)"
     )
@@ -181,14 +190,31 @@ def _show(path: Path, as_json: bool) -> int:
 
 
 def _dimple(args) -> int:
-    from glue.study.single import single_dimple
+    from glue.study import single
 
-    result = single_dimple(args.material, args.speed, args.shot, args.diameter, args.accuracy, Progress())
+    if args.speeds is None:
+        for option, given in (("--out", args.out), ("--compare", args.compare)):
+            if given:
+                raise InputError(f"{option}: is of a library; allowed with --speeds")
+        result = single.single_dimple(args.material, args.speed, args.shot, args.diameter, args.accuracy, Progress())
+        if args.json:
+            print(json.dumps(result, indent=2))
+        else:
+            for key, value in result.items():
+                print(f"{key:<20} {value:.6g}" if isinstance(value, float) else f"{key:<20} {value}")
+        return 0
+    if args.diameter is not None:
+        raise InputError("--diameter: a library is in units of the shot and serves every diameter; allowed with --speed")
+    library = single.dimple_library(
+        args.material, args.speeds, args.points, args.shot, args.accuracy, args.jobs, args.out, Progress()
+    )
+    table = single.formulas_table(library) if args.compare else None
     if args.json:
-        print(json.dumps(result, indent=2))
+        print(json.dumps(library.as_dict() | ({"formulas": table} if table else {}), indent=2))
     else:
-        for key, value in result.items():
-            print(f"{key:<20} {value:.6g}" if isinstance(value, float) else f"{key:<20} {value}")
+        print(single.library_text(library))
+        if table:
+            print("\n" + single.formulas_text(library.material, table))
     return 0
 
 

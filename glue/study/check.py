@@ -21,6 +21,7 @@ from glue.flow.regime import (
 from glue.scene.consistency import estimated_dimple_radius_m, mixture_volume_fraction
 from glue.scene.model import Accuracy, Scene
 from glue.study.coverage_stage import refuse_window
+from glue.study.dimple_stage import other_speeds, refuse_dimple, scene_physics
 from glue.study.exposure import expected_hits, mean_square_diameter_m2
 from glue.study.flow_stage import refuse_flow, restitution_estimate
 from glue.study.pipeline import choices, default_out
@@ -46,11 +47,13 @@ def check(scene: Scene, scene_file: Path | None = None) -> dict:
     if scene_file is None:
         check_stream(scene)
     else:
+        refuse_dimple(scene, scene_file)
         refuse_flow(scene, scene_file)
         refuse_window(scene, scene_file)
     (nozzle, shots), target = reference_impact(scene), scene.target
     e, source = restitution_estimate(scene)
     physics = resolve_physics(scene)
+    impact = scene_physics(scene)
     flow = choose_flow(scene, e)
     areas = _dimple_areas_m2(scene)
     hits = expected_hits(scene, areas)
@@ -87,7 +90,8 @@ def check(scene: Scene, scene_file: Path | None = None) -> dict:
         "flow_cost_estimate_s": _flow_cost_s(scene, flow.model, e),
         "target_cost_estimate_s": _target_cost_s(scene.accuracy, in_cell),
         "warnings": [*flow.warnings, *_warnings(in_cell)],
-        "physics": {block: vars(choice) for block, choice in physics.choices.items()},
+        "physics": {block: vars(choice) for block, choice in (physics.choices | impact.choices).items()},
+        "dimple_speeds_m_s": sorted([*other_speeds(scene), nozzle.normal_speed_m_s]),
         "choices": choices(scene),
         "accuracy": vars(scene.accuracy),
         "defaults_used": list(scene.defaults_used),

@@ -57,6 +57,8 @@ def _facts(scene: Scene, c: dict):
     yield "share of the jet's volume", f"{c['solids_fraction_of_jet']:.2g}"
     radius = f"{c['dimple_radius_estimate_m'] * 1e6:.0f} µm (estimate, energy over flow stress)"
     yield "dimple radius", radius + (", the largest" if largest else "")
+    speeds = c["dimple_speeds_m_s"]
+    yield "dimples solved", f"{len(speeds)} speeds, {speeds[0]:.3g} to {speeds[-1]:.3g} m/s"
     hits = c["mean_hits_per_point_estimate"]
     yield "coverage", f"{c['coverage_estimate']:.4f} (estimate, {hits:.2f} hits per point)"
     pi, e, source = c["collision_number"], c["restitution_for_estimates"], c["restitution_source"]

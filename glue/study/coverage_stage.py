@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from glue.flow.impacts import normal_speed_m_s
 from glue.scene.model import Scene
 from glue.study.exposure import dimple_areas_m2, expected_hits
 from glue.study.results import load_dimple, load_impacts, plain, write_columns
@@ -64,6 +65,11 @@ def coverage_stage(work: Work) -> tuple[dict, list[str]]:
         nothing = "no impact inside the window"
         for key in ("avrami_final", "avrami_time_98_s", "avrami_mass_flow_final"):
             metrics |= {key: None, f"{key}_reason": nothing}
+    if count:
+        speed = normal_speed_m_s(impacts)
+        beyond = dimple.beyond_table(impacts["diameter_m"], speed, impacts["density_kg_m3"])[inside]
+        metrics["beyond_table_share"] = float(beyond.mean())
+        metrics["beyond_table_area_share"] = float(area[inside][beyond].sum() / area[inside].sum())
     metrics |= {
         "impacts_in_window": count,
         "peeq_final": None,

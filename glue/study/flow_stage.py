@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import numpy as np
+
 from glue.errors import InputError
 from glue.flow.arrivals import check_stream
 from glue.flow.regime import choose_flow
@@ -44,13 +46,14 @@ def flow_stage(work: Work) -> tuple[dict, list[str]]:
 
 
 def restitution_law(scene: Scene, dimple) -> RestitutionLaw:
-    """Restitution on the target: the scene's number, or the dimple's with its fall over the normal speed.
+    """Restitution on the target: the scene's number, or the dimple's table over the normal speed.
 
-    Spots that were struck before are as wide as the dimple.  Raises InputError for a dimple whose rebound is
+    The dimple's holds for shots of its density; others rebound as if faster or slower by the root of the ratio, as
+    their dimples are.  Spots that were struck before are as wide as the dimple.  Raises InputError for a dimple whose rebound is
     none.
     """
     asked, hardening = scene.restitution.shot_target, scene.restitution.hardening
-    e, exponent = asked, 0.0
+    e, exponent, points, density = asked, 0.0, (), 0.0
     if asked == "from_dimple":
         e, exponent = dimple.restitution, dimple.restitution_exponent
         if not (0.0 < e < 1.0 and -0.1 < exponent < 1.0):
@@ -58,6 +61,11 @@ def restitution_law(scene: Scene, dimple) -> RestitutionLaw:
                 f"restitution.shot_target = from_dimple: the dimple gives {e:.3f} falling with the speed to the power"
                 f" {exponent:.2f}; expected between 0 and 1 and 0 to 1; write a number into the scene"
             )
+        density = dimple.density_kg_m3
+        if dimple.table_speed_m_s.size > 1:
+            # Never rising, whatever the solved values' scatter of a hundredth.
+            falling = np.minimum.accumulate(np.minimum(dimple.table_restitution, 1.0))
+            points = tuple(zip(dimple.table_speed_m_s.tolist(), falling.tolist(), strict=True))
     highest = max(e, hardening.saturated if hardening else 0.0)
     return RestitutionLaw(
         e,
@@ -66,6 +74,8 @@ def restitution_law(scene: Scene, dimple) -> RestitutionLaw:
         largest=LARGEST if highest <= LARGEST else 1.0,
         hardening=hardening,
         spot_radius_m=dimple.radius_m,
+        points=points,
+        density_kg_m3=density,
     )
 
 

@@ -96,7 +96,8 @@ def choices(scene: Scene) -> dict:
 
     The flow's is chosen again when it runs, with the restitution of the dimple instead of an estimate.
     """
-    from glue.study.flow_stage import restitution_estimate  # here: loads the target's models
+    from glue.study.dimple_stage import law_text, scene_physics  # here: they load the target's models
+    from glue.study.flow_stage import restitution_estimate
 
     material = scene.target.material
     chosen = {name: {"model": c.model, "why": c.why} for name, c in vars(scene.models).items()}
@@ -106,10 +107,16 @@ def choices(scene: Scene) -> dict:
         block.replace("_", " "): {"model": c.model, "why": c.why}
         for block, c in resolve_physics(scene).choices.items()
     }
-    single, bounded = material.johnson_cook, material.combined
+    physics, impact_choices = scene_physics(scene)
+    chosen |= {
+        block.replace("_", " "): {"model": c.model, "why": c.why} for block, c in impact_choices.items()
+    }
+    bounded = material.combined
+    law, formula = law_text(material)
+    factors = [name for name, on in (("rate term", physics.rate), ("softening by heat", physics.thermal)) if on]
     chosen["dimple law"] = {
-        "model": "johnson-cook",
-        "why": f"single impact: A {single.A_Pa / 1e6:g}, B {single.B_Pa / 1e6:g} MPa, n {single.n:g}, no rate term"
+        "model": law,
+        "why": f"single impact: {formula}, {'with ' + ' and '.join(factors) if factors else 'no rate term'}"
         f" ({material.source}; grade {material.grade})",
     }
     backstresses = ", ".join(f"X {x / 1e6:.4g} MPa (gamma {g:g})" for x, g in bounded.backstresses)

@@ -12,6 +12,8 @@ ROWS = {
         ("avrami_mass_flow_final", "Avrami by mass flow, at the end", 100, "%", 2),
         ("peeq_final", "by plastic strain, at the end", 100, "%", 2),
         ("impacts_in_window", "impacts centred in the window", 1, "", 0),
+        ("beyond_table_share", "of them slower or faster than any solved", 100, "%", 2),
+        ("beyond_table_area_share", "their share of the dimples' area", 100, "%", 3),
     )),
     "residual_stress": ("Residual stress", (
         ("surface_Pa", "at the surface", 1e-6, "MPa", 0),
@@ -36,6 +38,8 @@ ROWS = {
         ("restitution", "restitution", 1, "", 3),
         ("peak_force_N", "peak force", 1, "N", 0),
         ("contact_time_s", "contact time", 1e6, "µs", 2),
+        ("table_from_m_s", "solved from", 1, "m/s", 2),
+        ("table_to_m_s", "solved up to", 1, "m/s", 1),
         ("warning", "warning", None, "", 0),
     )),
     "flow": ("Shot stream", (

@@ -7,11 +7,9 @@ import math
 import numpy as np
 
 from glue.atomic import atomic_path
-from glue.meshes import write_triangles
-from glue.solvers import build_plugin
 from glue.study.coverage_stage import coverage_stage, refuse_window
+from glue.study.dimple_stage import dimple_stage, ready_kernels, refuse_dimple
 from glue.study.flow_stage import flow_solvers, flow_stage, refuse_flow
-from glue.study.reference import reference_impact
 from glue.study.results import load_dimple, load_impacts, plain, write_columns
 from glue.study.stage import Stage, Work
 from glue.study.unpeened import impacts_to_solve, unpeened
@@ -19,62 +17,7 @@ from glue.surface.roughness import areal
 from glue.surface.stamp import height_map
 from glue.surface.stress import profile_metrics
 from glue.target.cell import solve_cell
-from glue.target.dimple import Dimple, solve_dimple
-from glue.target.driver import kernel_flavour
 from glue.target.part import part_profile
-
-ABSURD_STRAIN = 1.0
-
-
-def dimple_stage(work: Work) -> tuple[dict, list[str]]:
-    """One shot at nominal normal speed into the flat target: the one with the largest dimple where they differ."""
-    ready_kernels()
-    nozzle, shots = reference_impact(work.scene)
-    dimple = solve_dimple(
-        work.scene.target.material,
-        speed_m_s=nozzle.normal_speed_m_s,
-        density_kg_m3=shots.density_kg_m3,
-        diameter_m=shots.diameter_m,
-        elements_per_radius=work.scene.accuracy.dimple_elements_per_radius,
-        workdir=work.path / "dimple",
-        progress=work.progress,
-    )
-    dimple.save(work.path / "dimple" / "dimple.npz")
-    fields = {"peeq": dimple.peeq, "sigma_rr_Pa": dimple.sigma_rr_Pa}
-    write_triangles(
-        work.path / "dimple" / "dimple.vtu", dimple.points_m, dimple.triangles, fields
-    )  # for viewing
-    return {"dimple": dimple_metrics(dimple)}, ["dimple/dimple.npz", "dimple/dimple.vtu"]
-
-
-def ready_kernels() -> None:
-    """Compile FreeFEM's kernels when their sources changed, unless the pure-script twins are asked for."""
-    if kernel_flavour() == "kernel":
-        build_plugin()
-
-
-def dimple_metrics(dimple: Dimple) -> dict:
-    """The section ``dimple`` of metrics.json; with a warning where the model is beyond what it was tried for."""
-    keys = (
-        "radius_m",
-        "depth_m",
-        "crest_radius_m",
-        "restitution",
-        "peak_force_N",
-        "contact_time_s",
-        "speed_m_s",
-        "speed_exponent",
-        "restitution_exponent",
-        "edge_peeq",
-        "wall_s",
-    )
-    found = plain({k: getattr(dimple, k) for k in keys})
-    if dimple.largest_peeq > ABSURD_STRAIN:
-        found["warning"] = (
-            f"plastic strain reaches {dimple.largest_peeq:.1f} in one impact: beyond {ABSURD_STRAIN:g} real metal cracks or"
-            " melts first, take the results as a trend"
-        )
-    return found
 
 
 def target_stage(work: Work) -> tuple[dict, list[str]]:
@@ -149,6 +92,7 @@ def report_stage(work: Work) -> tuple[dict, list[str]]:
 _SCENE = ("glue/scene/*.py",)
 _WINDOW = ("glue/study/results.py", "glue/surface/window.py", "glue/flow/impacts.py")
 _STAGES = ("glue/study/stages.py", "glue/study/unpeened.py", *_WINDOW)
+_TABLE = ("glue/target/dimple.py", "glue/target/speeds.py")
 _KERNELS = ("freefem/lib/law_script.idp", "freefem/plugin/*")
 _AXISYM = ("freefem/single_impact.edp", "freefem/lib/*axisym*.idp")
 _CELL = ("cell.edp", "lib/anderson.idp", "lib/contact_lcp.idp", "lib/output_cell.idp", "lib/points_small*.idp")
@@ -161,6 +105,7 @@ STAGES = (
             "glue/target/*.py",
             "glue/theory/*.py",
             "glue/meshes.py",
+            "glue/study/dimple_stage.py",
             "glue/study/reference.py",
             *_AXISYM,
             *_KERNELS,
@@ -168,6 +113,7 @@ STAGES = (
         ("dimple",),
         dimple_stage,
         solvers=("freefem",),
+        refuse=refuse_dimple,
     ),
     Stage(
         "flow",
@@ -197,7 +143,7 @@ STAGES = (
             "glue/study/exposure.py",
             *(f"glue/flow/{name}.py" for name in ("footprint", "nozzle_draws", "pulse")),
             "glue/surface/coverage.py",
-            "glue/target/dimple.py",
+            *_TABLE,
             "glue/theory/*.py",
         ),
         ("coverage.csv",),
@@ -223,7 +169,7 @@ STAGES = (
     Stage(
         "surface",
         ("dimple", "flow"),
-        (*_SCENE, *_STAGES, "glue/surface/stamp.py", "glue/surface/roughness.py", "glue/target/dimple.py"),
+        (*_SCENE, *_STAGES, "glue/surface/stamp.py", "glue/surface/roughness.py", *_TABLE),
         ("surface.npz",),
         surface_stage,
     ),

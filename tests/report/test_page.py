@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from html.parser import HTMLParser
 
 import numpy as np
@@ -110,7 +110,7 @@ def run(tmp_path):
         "restitution_exponent": 0.25,
         "density_kg_m3": 7800.0,
     }
-    values = {f.name: arrays.get(f.name, numbers.get(f.name, 1.0)) for f in fields(Dimple)}
+    values = {f.name: arrays.get(f.name, numbers.get(f.name, 1.0)) for f in fields(Dimple) if f.default_factory is MISSING and f.default is MISSING}  # fmt: skip
     Dimple(**values).save(tmp_path / "dimple" / "dimple.npz")
     impacts = np.zeros(9, dtype=COLUMNS)
     impacts["x_m"], impacts["time_s"] = np.linspace(-2e-3, 2e-3, 9), np.arange(9) / 3

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from glue.errors import InputError
+from glue.flow.restitution import RestitutionLaw
 from glue.scene.model import Choice, Restitution, SpotHardening
 from glue.scene.reader import example_path, read_scene
 from glue.study.flow_stage import (
@@ -19,7 +22,10 @@ from glue.study.flow_stage import (
     restitution_law,
 )
 
-DIMPLE = SimpleNamespace(restitution=0.34, restitution_exponent=0.25, speed_m_s=60.0, radius_m=0.2e-3)
+DIMPLE = SimpleNamespace(
+    restitution=0.34, restitution_exponent=0.25, speed_m_s=60.0, radius_m=0.2e-3, density_kg_m3=7800.0,
+    table_speed_m_s=np.empty(0), table_restitution=np.empty(0),
+)  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -36,6 +42,18 @@ def test_the_dimples_rebound_falls_with_the_speed(scene):
     assert law.at(60.0) == pytest.approx(0.34) and law.at(30.0) == pytest.approx(0.34 * 2**0.25)
     assert law.at(0.01) == 0.94  # the contact law's cap
     assert law.spot_radius_m == 0.2e-3
+
+
+def test_the_dimples_table_goes_to_the_law_and_never_rises(scene):
+    table = SimpleNamespace(**{
+        **vars(DIMPLE), "table_speed_m_s": np.array([3.75, 15.0, 30.0, 60.0]), "table_restitution": np.array([0.5, 0.42, 0.425, 0.34])
+    })  # fmt: skip
+    law = restitution_law(with_restitution(scene, "from_dimple"), table)
+    assert [law.at(v) for v in (3.75, 15.0, 30.0, 60.0)] == pytest.approx([0.5, 0.42, 0.42, 0.34])
+    # as dense as glass: as if slower by the root of the ratio
+    assert law.at(60.0, 2500.0) == pytest.approx(law.at(60.0 * (2500 / 7800) ** 0.5))
+    assert law.at(60.0, 2500.0) > 0.36
+    assert RestitutionLaw.from_dict(json.loads(json.dumps(law.as_dict()))) == law
 
 
 def test_a_number_is_constant_and_may_be_anything_up_to_one(scene):

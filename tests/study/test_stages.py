@@ -33,6 +33,7 @@ def work(tmp_path, monkeypatch):
             radius_m=RADIUS, contact_time_s=2e-6, diameter_m=1e-3, density_kg_m3=7800.0, speed_m_s=60.0,
             restitution=restitution, restitution_exponent=0.25,
             radius_for=lambda d, v, rho: np.full(np.shape(d), RADIUS),
+            beyond_table=lambda d, v, rho: np.asarray(v) < 1.0,
         )  # fmt: skip
         for module in (stages, coverage_stage, flow_stage):
             monkeypatch.setattr(module, "load_impacts", lambda path, scene: impacts, raising=False)

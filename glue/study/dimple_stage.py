@@ -1,0 +1,152 @@
+"""The stage ``dimple``: the impact that stands for all in a scene, with a small table of slower ones."""
+
+from __future__ import annotations
+
+import math
+
+from glue.errors import InputError
+from glue.meshes import write_triangles
+from glue.scene import sizes
+from glue.scene.model import HardeningTable, JohnsonCook, Material, Scene
+from glue.solvers import build_plugin
+from glue.study.reference import reference_impact
+from glue.study.results import plain
+from glue.study.stage import Work
+from glue.target.dimple import RATE_TOLERANCE, Dimple, solve_dimple
+from glue.target.driver import kernel_flavour
+from glue.target.physics import STEEL_SHOT, shot_yield_warning
+from glue.target.regime import ImpactChoices, impact_physics
+from glue.target.speeds import spaced
+
+SPEEDS = {"fast": 3, "balanced": 5, "reference": 9}  # from the reference speed down, in equal ratios
+SLOWEST = 1.0 / 16.0  # of the reference speed; slower impacts are few and bring no energy
+ABSURD_STRAIN = 1.0
+
+
+def dimple_stage(work: Work) -> tuple[dict, list[str]]:
+    """One shot at nominal normal speed into the flat target, the one with the largest dimple where they differ.
+
+    Beside it the same shot at other speeds, down to SLOWEST of that and up to the fastest that a nozzle can shoot.
+    """
+    ready_kernels()
+    scene = work.scene
+    nozzle, shots = reference_impact(scene)
+    physics, choices = scene_physics(scene)
+    dimple = solve_dimple(
+        scene.target.material,
+        speed_m_s=nozzle.normal_speed_m_s,
+        density_kg_m3=shots.density_kg_m3,
+        diameter_m=shots.diameter_m,
+        elements_per_radius=scene.accuracy.dimple_elements_per_radius,
+        workdir=work.path / "dimple",
+        other_speeds_m_s=other_speeds(scene),
+        physics=physics,
+        progress=work.progress,
+    )
+    dimple.save(work.path / "dimple" / "dimple.npz")
+    fields = {"peeq": dimple.peeq, "sigma_rr_Pa": dimple.sigma_rr_Pa}
+    write_triangles(
+        work.path / "dimple" / "dimple.vtu", dimple.points_m, dimple.triangles, fields
+    )  # for viewing
+    metrics = dimple_metrics(dimple, shots.medium)
+    if choices:
+        metrics["physics"] = {block: vars(choice) for block, choice in choices.items()}
+    return {"dimple": metrics}, ["dimple/dimple.npz", "dimple/dimple.vtu"]
+
+
+def ready_kernels() -> None:
+    """Compile FreeFEM's kernels when their sources changed, unless the pure-script twins are asked for."""
+    if kernel_flavour() == "kernel":
+        build_plugin()
+
+
+def scene_physics(scene: Scene) -> ImpactChoices:
+    """The impact physics of the scene, decided for its reference impact."""
+    nozzle, shots = reference_impact(scene)
+    return impact_physics(scene, shots, nozzle.normal_speed_m_s)
+
+
+def other_speeds(scene: Scene) -> list[float]:
+    """Speeds [m/s] of the table beside the reference speed: slower ones, and the fastest of any nozzle and medium.
+
+    The fastest is that of the reference shot with as much density x speed^2; none where that is the reference itself.
+    """
+    nozzle, shots = reference_impact(scene)
+    nominal = nozzle.normal_speed_m_s
+    speeds = spaced(SLOWEST * nominal, nominal, SPEEDS[scene.accuracy.preset])[:-1]
+    fastest = max(
+        n.fastest_m_s * n.normal_speed_m_s / n.speed_m_s * math.sqrt(s.density_kg_m3 / shots.density_kg_m3)
+        for n in scene.nozzles
+        for s in scene.media
+    )
+    return [*speeds, float(f"{fastest:.9g}")] if fastest > 1.001 * nominal else speeds
+
+
+def law_text(material: Material) -> tuple[str, str]:
+    """Name and formula of the law of single impacts."""
+    law = material.single_law
+    if isinstance(law, JohnsonCook):
+        capped = f", at most {law.saturation_Pa / 1e6:g} MPa" if law.saturation_Pa is not None else ""
+        return "johnson-cook", f"A {law.A_Pa / 1e6:g}, B {law.B_Pa / 1e6:g} MPa, n {law.n:g}{capped}"
+    if isinstance(law, HardeningTable):
+        return "table", f"{len(law.strain)} points to {law.stress_Pa[-1] / 1e6:g} MPa at strain {law.strain[-1]:g}"
+    return "voce", f"{law.R0_Pa / 1e6:g} + {law.Q_Pa / 1e6:g}(1 - exp(-{law.b:g} p)) MPa"
+
+
+def refuse_dimple(scene: Scene, scene_file=None) -> None:
+    """Raise InputError for shots that the dimple cannot be scaled to with the physics that the scene asks for."""
+    _, reference = reference_impact(scene)
+    physics, _ = scene_physics(scene)
+    problems = []
+    if physics.rate:
+        most = math.exp(RATE_TOLERANCE / scene.target.material.single_law.C)
+        ends = [end / reference.diameter_m for s in scene.media for end in (sizes.smallest_m(s), sizes.largest_m(s))]
+        if max(*ends, *(1.0 / end for end in ends)) > most:
+            problems.append(
+                f"strain_rate: a rate-dependent dimple belongs to its diameter, {reference.diameter_m:g} m; shots of this"
+                f" scene have {min(ends):.3g} to {max(ends):.3g} times that; allowed within a factor {most:.3g} (flow stress"
+                f" within {RATE_TOLERANCE:.1%})"
+            )
+    alone = physics.rate or physics.inertia or physics.elastic_shot is not None
+    if alone and any(abs(s.density_kg_m3 / reference.density_kg_m3 - 1.0) > 1e-6 for s in scene.media):
+        problems.append(
+            "strain_rate, target_inertia, elastic_shot: with one of them a dimple belongs to the density of its shot;"
+            " allowed: media of one density"
+        )
+    if problems:
+        raise InputError(problems)
+
+
+def dimple_metrics(dimple: Dimple, medium: str = "steel") -> dict:
+    """The section ``dimple`` of metrics.json; with a warning where the model is beyond what it was tried for.
+
+    medium: of the shot; the strength of steel shot is known, so that only its yielding is warned of.
+    """
+    keys = (
+        "radius_m",
+        "depth_m",
+        "crest_radius_m",
+        "restitution",
+        "peak_force_N",
+        "contact_time_s",
+        "speed_m_s",
+        "speed_exponent",
+        "restitution_exponent",
+        "edge_peeq",
+        "wall_s",
+    )
+    found = plain({k: getattr(dimple, k) for k in keys})
+    if dimple.table_speed_m_s.size:
+        found["table_from_m_s"], found["table_to_m_s"] = map(float, dimple.table_speed_m_s[[0, -1]])
+    warnings = []
+    if dimple.largest_peeq > ABSURD_STRAIN:
+        warnings.append(
+            f"plastic strain reaches {dimple.largest_peeq:.1f} in one impact: beyond {ABSURD_STRAIN:g} real metal cracks or"
+            " melts first, take the results as a trend"
+        )
+    if "steel" in medium or "wire" in medium:
+        told = shot_yield_warning(dimple.centre_pressure_Pa, dimple.mean_pressure_Pa, STEEL_SHOT.yield_Pa)
+        warnings += [f"{told} ({STEEL_SHOT.source}; grade {STEEL_SHOT.grade})"] if told else []
+    if warnings:
+        found["warning"] = "; ".join(warnings)
+    return found

@@ -11,13 +11,14 @@ import sys
 import tempfile
 from pathlib import Path
 
+import contact
 import impact
 import kernel
 import plasticity
 
 from glue.checkrows import Rows
 
-CHECKS = (*kernel.CHECKS, *plasticity.CHECKS, *impact.CHECKS)
+CHECKS = (*kernel.CHECKS, *plasticity.CHECKS, *impact.CHECKS, *contact.CHECKS)
 
 
 if __name__ == "__main__":

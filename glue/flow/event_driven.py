@@ -91,7 +91,7 @@ def run_event(
             kept = time.monotonic()
 
     physics = plan.physics
-    check_run(world, len(arrivals), conserves=physics.kick_s == math.inf and not any(physics.pull))
+    check_run(world, len(arrivals), conserves=physics.kick_loss_m_s == math.inf and not any(physics.pull))
     if saved:
         saved.remove()
     impacts = found.all()
@@ -100,7 +100,6 @@ def run_event(
         **run_numbers(world),
         **stream_numbers(impacts, [nozzle.speed_m_s for nozzle in scene.nozzles]),
         "cells": [plan.grid.nx, plan.grid.ny, plan.grid.nz],
-        "kick_interval_s": physics.kick_s if physics.kick_s < math.inf else None,
         "guard_time_s": physics.elastic_within_s,
         "wall_s": time.monotonic() - begun,
     }

@@ -26,6 +26,7 @@ hardened = part(restitution.hardened)
 impulse_across = part(tangential.impulse_across)
 parting = part(pair_contact.parting)
 slowed = part(drag.slowed)
+drag_rate_1_s = part(drag.drag_rate_1_s)
 turned_normal = part(pair_contact.turned_normal)
 
 # A shot that gravity lets rise by less than this share of its radius after an impact has come to rest.
@@ -50,7 +51,11 @@ class Physics(NamedTuple):
     elastic_within_s: float  # the guard: a contact sooner after the last one loses nothing
     gravity: tuple[float, float, float]  # bends the free flight
     pull: tuple[float, float, float]  # gravity, whether it bends the flight or comes by kicks
-    kick_s: float  # inf: no kicks
+    # Between two kicks: the change of velocity, how far the path bends off its straight stretch over the diameter;
+    # both inf: no kicks.  And the share of its speed against the gas that drag alone may take.
+    kick_loss_m_s: float
+    kick_bend: float
+    kick_share: float
     around: drag.Surroundings  # what the kicks bring
     compliance: np.ndarray  # (1 - nu^2) / E [1/Pa] by medium
 

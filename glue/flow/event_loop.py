@@ -13,7 +13,6 @@ from numba import njit
 from glue.flow.event_compile import part, sources
 from glue.flow.event_kernels import (
     REST_RISE,
-    advance_shot,
     collide,
     equivalent_speed,
     hardened,
@@ -22,7 +21,7 @@ from glue.flow.event_kernels import (
     strike,
 )
 from glue.flow.event_queue import move
-from glue.flow.event_search import cross, drag_over, earliest, foresee, halt, launch, look_around
+from glue.flow.event_search import cross, earliest, foresee, halt, launch, leave, look_around
 from glue.flow.event_supply import admit, discard, sweep
 
 UNTIL, DONE, ROWS_FULL, SLOTS_FULL, BUDGET, LOST = 0, 1, 2, 3, 4, 5
@@ -83,10 +82,8 @@ def handle(world, grid, physics, surface, arrivals, rows, i, t):
             move(world, i, earliest(shot))
     elif shot.t_kick <= t:
         clock.kicks += 1
-        advance_shot(shot, physics.gravity, t)
-        shot.exact_at += physics.kick_s
-        drag_over(shot, physics, physics.kick_s)
-        shot.t_kick = t + physics.kick_s
+        halt(shot, physics, t)
+        launch(shot, physics)
         foresee(world, grid, physics, surface, i, t)
         move(world, i, earliest(shot))
     else:
@@ -114,7 +111,7 @@ def meet(world, grid, physics, surface, i, j, t):
         shot.touched = t
         shot.collisions += 1
         clock.top_speed = max(clock.top_speed, math.sqrt(shot.vx**2 + shot.vy**2 + shot.vz**2))
-        launch(shot, physics)
+        leave(shot, physics)
     foresee(world, grid, physics, surface, i, t)
     foresee(world, grid, physics, surface, j, t)
     move(world, i, earliest(a))
@@ -164,6 +161,8 @@ def impact(world, grid, physics, surface, arrivals, rows, i, t):
             clock.settled += 1
             return
     launch(shot, physics)
+    if not shot.vx * nx + shot.vy * ny + shot.vz * nz > 0.0:
+        leave(shot, physics)
     foresee(world, grid, physics, surface, i, t)
     move(world, i, earliest(shot))
 

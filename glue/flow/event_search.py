@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from glue.flow.event_compile import part
-from glue.flow.event_kernels import advance_shot, meeting, slowed
+from glue.flow.event_kernels import advance_shot, drag_rate_1_s, meeting, slowed
 from glue.flow.event_queue import link, plan_exit, unlink
 from glue.flow.event_surface import foresee_touch
 
@@ -20,18 +20,55 @@ from glue.flow.event_surface import foresee_touch
 def halt(shot, physics, t):
     """Bring the record to time ``t``, with the true velocity."""
     advance_shot(shot, physics.gravity, t)
-    if physics.kick_s < math.inf:
+    if physics.kick_loss_m_s < math.inf:
         drag_over(shot, physics, t - shot.exact_at)
         shot.exact_at = t
 
 
 @part
 def launch(shot, physics):
-    """Begin a free flight: with kicks, at the velocity that it will have half an interval on."""
-    if physics.kick_s < math.inf:
-        drag_over(shot, physics, shot.since + 0.5 * physics.kick_s - shot.exact_at)
-        shot.exact_at = shot.since + 0.5 * physics.kick_s
-        shot.t_kick = shot.since + physics.kick_s
+    """Begin a free flight, from the true velocity: with kicks, at that of the middle of the way to the next."""
+    if physics.kick_loss_m_s < math.inf:
+        span = until_kick(shot, physics)
+        shot.t_kick = shot.since + span
+        drag_over(shot, physics, 0.5 * span)
+        shot.exact_at = shot.since + 0.5 * span
+
+
+@part
+def leave(shot, physics):
+    """Begin a free flight at a touch: at the velocity it has there, for a quarter of the way to the next kick.
+
+    At the velocity of the middle, what parts slowly would seem to approach and touch again at once, and so
+    without end.
+    """
+    if physics.kick_loss_m_s < math.inf:
+        halt(shot, physics, shot.since)
+        shot.t_kick = shot.since + 0.25 * until_kick(shot, physics)
+
+
+@part
+def until_kick(shot, physics):
+    """How long [s] the shot may fly straight; short where drag is strong, long for a slow rebounding shot."""
+    around = physics.around
+    ux = shot.vx - around.gas_vx_m_s
+    uy = shot.vy - around.gas_vy_m_s
+    uz = shot.vz - around.gas_vz_m_s
+    density, gas, viscosity = density_of(shot), around.gas_density_kg_m3, around.gas_viscosity_Pa_s
+    rate = drag_rate_1_s(math.sqrt(ux * ux + uy * uy + uz * uz), 2.0 * shot.radius, density, gas, viscosity)
+    ax = around.gravity_x_m_s2 - rate * ux
+    ay = around.gravity_y_m_s2 - rate * uy
+    az = around.gravity_z_m_s2 - rate * uz
+    a = math.sqrt(ax * ax + ay * ay + az * az)
+    span = physics.kick_share / rate if rate > 0.0 else math.inf
+    if a > 0.0:
+        span = min(span, physics.kick_loss_m_s / a, math.sqrt(16.0 * physics.kick_bend * shot.radius / a))
+    return span
+
+
+@part
+def density_of(shot):
+    return shot.mass / (4.0 / 3.0 * math.pi * shot.radius**3)
 
 
 @part
@@ -42,7 +79,7 @@ def drag_over(shot, physics, tau):
         shot.vz,
         tau,
         2.0 * shot.radius,
-        shot.mass / (4.0 / 3.0 * math.pi * shot.radius**3),
+        density_of(shot),
         physics.around,
     )
 
@@ -58,6 +95,13 @@ def foresee(world, grid, physics, surface, i, t):
     shot = world.shots[i]
     shot.stamp += 1
     foresee_touch(surface, shot, physics.gravity)
+    at_middle = physics.kick_loss_m_s < math.inf and shot.exact_at > shot.since
+    if at_middle and shot.t_surface < shot.t_kick:
+        # The last stretch ends at the target: fly it at the velocity of its own middle, and it ends there in time.
+        middle = 0.5 * (shot.since + shot.t_surface)
+        drag_over(shot, physics, middle - shot.exact_at)
+        shot.exact_at = middle
+        foresee_touch(surface, shot, physics.gravity)
     shot.t_pair = math.inf
     plan_exit(shot, grid, physics.gravity, t)
     look_around(world, grid, physics, i, t, 1, 1, 1, 0, 0, 0)

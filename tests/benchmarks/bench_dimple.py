@@ -24,6 +24,7 @@ sys.path.insert(0, str(HERE))
 
 import calculix_impact
 import dimple_cases as cases
+import dimple_library
 
 from glue.checkrows import Rows
 from glue.errors import InputError
@@ -241,6 +242,7 @@ CASES = {
     "extremes": (extremes, 50),
     "poisson": (poisson, 30),
     "scaling": (scaling, 5),
+    "library": (dimple_library.rows, 70),
 }
 
 

@@ -11,7 +11,7 @@ from glue.flow import jets
 from glue.flow.event_compile import part
 from glue.flow.event_kernels import advance_shot, energy
 from glue.flow.event_queue import enter_cell, insert, move, remove, unlink
-from glue.flow.event_search import earliest, foresee, launch
+from glue.flow.event_search import earliest, foresee
 
 fate = part(jets.fate)
 
@@ -34,7 +34,8 @@ def admit(world, grid, physics, surface, arrival, t):
     shot.arrival, shot.collisions, shot.impacts = clock.fed, 0, 0
     clock.energy_in += energy(shot)
     clock.mass_fed += shot.mass
-    launch(shot, physics)
+    if physics.kick_loss_m_s < math.inf:
+        shot.t_kick = arrival.time_s  # up to the exit plane it flies as it leaves
     advance_shot(shot, physics.gravity, t)
     clock.fed += 1
     enter_cell(world, grid, i)

@@ -90,6 +90,9 @@ def test_exit_code_tells_what_failed(stages, tmp_path, capsys, error, code):
             "metres, not millimetres",
         ),
         (["dimple", "--material", "cheese", "--speed", "60"], "cheese"),
+        (["dimple", "--material", "al2024-t351", "--speeds", "1-120"], "SLOWEST:FASTEST"),
+        (["dimple", "--material", "al2024-t351", "--speeds", "1:120", "--diameter", "1e-3"], "serves every diameter"),
+        (["dimple", "--material", "al2024-t351", "--speed", "60", "--out", "x.json"], "allowed with --speeds"),
     ],
 )
 def test_bad_input_is_exit_2_before_any_solver_starts(monkeypatch, tmp_path, capsys, argv, says):

@@ -69,8 +69,8 @@ def _read_voce(table: Table) -> CombinedHardening | None:
     law = table.optional_table("voce")
     if law is None:
         return None
-    law.refuse_others(schema.VOCE)
-    values = law.get_all(schema.VOCE)
+    law.refuse_others(schema.COMBINED)
+    values = law.get_all(schema.COMBINED)
     return None if None in values.values() else CombinedHardening(**values, backstresses=())
 
 

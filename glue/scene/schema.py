@@ -120,11 +120,6 @@ JOHNSON_COOK_OPTIONAL = {  # no default: what they are for is not modelled witho
     "specific_heat_J_kg_K": Number(50.0, 5000.0, "J/kg/K"),
     "saturation_Pa": Number(1e6, 1e10, "Pa"),
 }
-VOCE = {
-    "R0_Pa": Number(1e5, 5e9, "Pa"),
-    "Q_Pa": Number(0.0, 1e10, "Pa"),
-    "b": Number(0.01, 1e4),
-}
 CURVES = ("johnson_cook", "voce", "table")  # a material has one of them
 TABLE_STRAIN, TABLE_STRESS, MAX_TABLE = Number(0.0, 10.0), Number(1e5, 1e10, "Pa"), 50
 COMBINED = {

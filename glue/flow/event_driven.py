@@ -187,23 +187,26 @@ class _Impacts:
 
 
 def _teller(progress, plan: Plan, world: World):
-    """A function that tells ``progress`` of the world, about once a second."""
+    """A function that tells ``progress`` of the world, about once a second.
+
+    The time left is reckoned from the end of the first piece, in which the loop may have been compiled.
+    """
 
     def share_of(now_s: float) -> float:
         return min(max((now_s - plan.start_s) / (plan.fed_s - plan.start_s), 0.0), 0.999)
 
-    begun = said = time.monotonic()
-    first = share_of(float(world.clock["now"][0]))
+    begun, said, first = None, time.monotonic(), share_of(float(world.clock["now"][0]))
     if progress and not run_until.signatures:
         progress(first, "compiling the event loop, once")
 
     def tell(world: World) -> None:
-        nonlocal said
-        now = time.monotonic()
+        nonlocal begun, said, first
+        now, share = time.monotonic(), share_of(float(world.clock["now"][0]))
+        if begun is None:
+            begun, said, first = now, now, share
         if progress is None or now - said < SAY_EVERY_S:
             return
         said = now
-        share = share_of(float(world.clock["now"][0]))
         left_s = (now - begun) * (1.0 - share) / max(share - first, 1e-9)
         progress(share, f"{left_s:.0f} s left, {int(world.clock['live'][0])} shots in flight")
 

@@ -1,6 +1,7 @@
 """Event-driven flow: closed forms, an independent reference, its own conservation laws, stopping and going on."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -268,3 +269,17 @@ def test_no_spot_is_forgotten_when_their_store_grows(monkeypatch):
     np.testing.assert_allclose(
         impacts["vz_out_m_s"] / 60.0, [law.at_spot(0.5, k) for k in range(40)], rtol=1e-12
     )
+
+
+def test_time_spent_compiling_is_not_extrapolated(monkeypatch):
+    """100 s in the first piece, which did a tenth; then a fifth in 2 s: 7 s for the rest."""
+    ticks = iter([0.0, 100.0, 102.0])
+    monkeypatch.setattr(event_driven, "time", SimpleNamespace(monotonic=lambda: next(ticks)))
+    world, told = empty_world(ONE_CELL, 0.0), []
+    tell = event_driven._teller(
+        lambda share, text: told.append(text), SimpleNamespace(start_s=0.0, fed_s=1.0), world
+    )
+    for now in (0.1, 0.3):
+        world.clock["now"] = now
+        tell(world)
+    assert told[-1] == "7 s left, 0 shots in flight"

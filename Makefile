@@ -57,8 +57,9 @@ checks: plugin ## exact checks of both codes: restitution, Hertz, time step, con
 	done; rm -rf $$scratch; \
 	$(BIN)/python freefem/checks/run.py --json build/checks/freefem.json || status=1; exit $$status
 
-bench-dimple: plugin ## the reference impact alone: values, mesh convergence and time against two codes' agreement
-	$(BIN)/python freefem/checks/run.py --only reference_impact
+bench-dimple: plugin ## the single impact against finer meshes, CalculiX (installed when missing), extremes; times (10 minutes) [DIMPLE=--only NAME]
+	@command -v ccx >/dev/null || $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends calculix-ccx >&2 || true
+	$(BIN)/python tests/benchmarks/bench_dimple.py $(DIMPLE)
 
 bench-flow: plugin ## speed and agreement of the flow models, side by side with LIGGGHTS (10 minutes) [FLOW=--only NAME, --quick]
 	$(BIN)/python tests/benchmarks/bench_flow.py $(FLOW)

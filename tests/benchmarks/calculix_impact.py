@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 import re
+import resource
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,6 +30,7 @@ class CalculixImpact:
 
     h_mm: float
     wall_s: float
+    processor_s: float
     nodes: int
     peak_force_N: float
     surface_r_mm: np.ndarray  # (n,) deformed
@@ -130,7 +132,9 @@ def solve(folder: Path, h: float, *, E: float, nu: float, table: np.ndarray, R: 
     nodes = write_deck(folder / "impact.inp", E=E, nu=nu, table=table, R=R, h=h, penetration=penetration, core=core,
                        size=size)  # fmt: skip
     env = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
     done = process.run([find(), "-i", "impact"], cwd=folder, log=folder / "ccx.log", env=env, timeout_s=timeout_s)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
     text = (folder / "impact.dat").read_text()
     if done.exit_code != 0 or text.count("total force") != 2:
         raise RuntimeError(f"CalculiX did not finish (exit code {done.exit_code}): {process.tail(done.log)}")
@@ -144,7 +148,8 @@ def solve(folder: Path, h: float, *, E: float, nu: float, table: np.ndarray, R: 
     start = x[surface[:, 0].astype(int) - 1]
     order = np.argsort(start)
     return CalculixImpact(
-        h_mm=h, wall_s=done.wall_s, nodes=nodes, peak_force_N=180.0 * abs(blocks["total force"][0][0, 1]),
+        h_mm=h, wall_s=done.wall_s,
+        processor_s=after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, nodes=nodes, peak_force_N=180.0 * abs(blocks["total force"][0][0, 1]),
         surface_r_mm=(start + surface[:, 1])[order], surface_z_mm=surface[order, 2],
         r_mm=centre[i], z_mm=-centre[j], s_rr_MPa=stress[:, 2], peeq=strain[:, 2],
     )  # fmt: skip

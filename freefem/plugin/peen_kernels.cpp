@@ -17,7 +17,8 @@ long peenSmall(KN<double> *const &lawArray, KNM<double> *const &strain, KNM<doub
                KNM<double> *const &stateNew) {
     const int N = 6, S = 3 * N + 1;
     ffassert(Law::complete(*lawArray));
-    const Law law(*lawArray);
+    Law law(*lawArray);
+    law.heat = 0;
     const long nq = strain->N();
     ffassert(strain->M() == N && stateOld->N() == nq && stateOld->M() == S && stateNew->N() == nq && stateNew->M() == S);
     long failed = 0;

@@ -50,28 +50,40 @@ def test_axisymmetric_kernel_and_script_agree(law, tmp_path):
         assert (kernel[0][grown, 13] > points[grown, 23]).all()
 
 
-@pytest.mark.parametrize("law", LAWS)
-def test_small_strain_kernel_and_script_agree(law, tmp_path):
-    """Likewise in three dimensions, where rate and heat do not act."""
+def small_points(law: list[float]) -> np.ndarray:
+    """60 rows of a strain increment (6) and a state (19) in three dimensions, backstresses deviatoric."""
     rng = np.random.default_rng(12)
     state = np.hstack([rng.normal(0, 100, (60, 6)), rng.uniform(0, 0.2, (60, 1)), rng.normal(0, 40, (60, 12))])
-    for o in (7, 13):
+    for o, size in ((7, law[7]), (13, law[9])):
         state[:, o : o + 3] -= state[:, o : o + 3].mean(axis=1, keepdims=True)
-        state[:, o : o + 6] *= LAWS[law][9 if o == 13 else 7] != 0
-    rows = np.hstack([rng.normal(0, 1, (60, 6)) * rng.choice([1e-4, 1e-2], (60, 1)), state])
-    results = []
-    for flavour in ("kernel", "script"):
-        folder = tmp_path / flavour
-        folder.mkdir()
-        np.savetxt(folder / "random.txt", rows, "%.17g")
-        law_line = Parameter("real[int]", "law", [float(v) for v in LAWS[law]], "MPa")
-        head = write_driver("twins", [law_line], [f"points_small_{flavour}.idp"])
-        (folder / "driver.edp").write_text(head + _SMALL)
-        run_freefem(folder / "driver.edp", cwd=folder, log=folder / "log", status=folder / "status")
-        assert (folder / "status").read_text().split()[1] == "0"
-        results.append(read_table(folder / "out.csv")["v"].reshape(60, 19))
-    assert 20 < (results[0][:, 6] > rows[:, 12]).sum() < 60
-    assert equal(results[1], results[0])
+        state[:, o : o + 6] *= size != 0
+    return np.hstack([rng.normal(0, 1, (60, 6)) * rng.choice([1e-4, 1e-2], (60, 1)), state])
+
+
+def update_small(folder, law: list[float], rows: np.ndarray, flavour: str = "kernel") -> np.ndarray:
+    folder.mkdir()
+    np.savetxt(folder / "random.txt", rows, "%.17g")
+    head = write_driver("twins", [Parameter("real[int]", "law", [float(v) for v in law], "MPa")],
+                        [f"points_small_{flavour}.idp"])  # fmt: skip
+    (folder / "driver.edp").write_text(head + _SMALL)
+    run_freefem(folder / "driver.edp", cwd=folder, log=folder / "log", status=folder / "status")
+    assert (folder / "status").read_text().split()[1] == "0"
+    return read_table(folder / "out.csv")["v"].reshape(60, 19)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_small_strain_kernel_and_script_agree(law, tmp_path):
+    rows = small_points(LAWS[law])
+    kernel, script = (update_small(tmp_path / flavour, LAWS[law], rows, flavour) for flavour in ("kernel", "script"))
+    assert 20 < (kernel[:, 6] > rows[:, 12]).sum() < 60
+    assert equal(script, kernel)
+
+
+@pytest.mark.parametrize("flavour", ["kernel", "script"])
+def test_small_strain_knows_no_rate_and_no_heat(flavour, tmp_path):
+    rows = small_points(LAWS["Johnson-Cook"])
+    with_them = update_small(tmp_path / "with", LAWS["Johnson-Cook, rate and heat"], rows, flavour)
+    np.testing.assert_array_equal(with_them, update_small(tmp_path / "without", LAWS["Johnson-Cook"], rows, flavour))
 
 
 @pytest.mark.parametrize("flavour", ["kernel", "script"])

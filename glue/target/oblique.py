@@ -25,7 +25,11 @@ from glue.target.cache import cached_folder, content_key
 from glue.target.driver import Parameter, kernel_flavour, law_table, write_driver
 from glue.target.progress import relay
 from glue.target.tables import read_table
-from glue.theory.impact_scale import CONTACT_OVER_LOADING, REPRESENTATIVE_STRAIN, expected_impact
+from glue.theory.impact_scale import (
+    CONTACT_OVER_LOADING,
+    REPRESENTATIVE_STRAIN,
+    expected_impact,
+)
 
 ENERGY_ERROR_LIMIT = 0.02  # of the shot's kinetic energy, at any step
 _SOURCES = (
@@ -42,7 +46,7 @@ class ObliqueNumerics:
     """Numbers of the solution; tests/benchmarks/oblique.py varies them."""
 
     elements_per_radius: int = 3
-    shells: int = 4  # of elements around the fine box: at most 4, the block ends 8 dimple radii off
+    shells: int = 4  # of elements around the fine box: at most 4, the block ends 17 dimple radii off
     steps_per_contact: float = 30.0
     unloading_factor: float = 2.0  # steps are so much shorter once the shot rises
     force_tolerance: float = 1.5e-3  # out-of-balance over contact force
@@ -131,12 +135,14 @@ def solve_oblique(
     ]
     text = write_driver(f"Oblique impacts on {material.key}", parameters,
                         [f"points_small_{kernel_flavour()}.idp", "oblique_impact.edp"], loads,
-                        "shot radius a, tangential and normal speed m/s, friction, expected contact time a/(1 m/s)")  # fmt: skip
+                        "shot radius a, tangential, normal speed m/s, friction, expected contact time a/(1 m/s)")  # fmt: skip
 
     def make(folder: Path) -> None:
         driver = folder / "driver.edp"
         driver.write_text(text)
-        run_freefem(driver, cwd=folder, log=folder / "freefem.log", status=folder / "status", on_line=relay(progress))
+        run_freefem(
+            driver, cwd=folder, log=folder / "freefem.log", status=folder / "status", on_line=relay(progress)
+        )
         _check(folder)
 
     folder, _ = cached_folder("oblique", content_key({"driver": text}, _SOURCES), make)
@@ -144,7 +150,8 @@ def solve_oblique(
 
 
 def _scale(table, law, density_kg_m3: float, normal_m_s: float):
-    return expected_impact(table[0], table[1], law.flow_stress_Pa(REPRESENTATIVE_STRAIN) * 1e-6, density_kg_m3 * 1e-6, normal_m_s)
+    flow_stress = law.flow_stress_Pa(REPRESENTATIVE_STRAIN) * 1e-6
+    return expected_impact(table[0], table[1], flow_stress, density_kg_m3 * 1e-6, normal_m_s)
 
 
 def _parameters(table, density_kg_m3: float, numerics: ObliqueNumerics) -> list[Parameter]:
@@ -152,7 +159,7 @@ def _parameters(table, density_kg_m3: float, numerics: ObliqueNumerics) -> list[
         Parameter("string", "outDir", ".", "folder of the results"),
         Parameter("string", "statusFile", "status", "written last"),
         Parameter("real[int]", "law", table, "E nu | A B n | Q b | X1 g1 X2 g2, stresses in MPa"),
-        Parameter("int", "finiteStrain", int(numerics.finite_strain), "1, or 0 small strain with the contact still on the deformed surface"),
+        Parameter("int", "finiteStrain", int(numerics.finite_strain), "1; 0: small strain, contact on the deformed surface"),
         Parameter("real", "shotDensity", density_kg_m3 * 1e-6, "1e6 kg/m3"),
         Parameter("int", "elementsPerRadius", numerics.elements_per_radius, "cubes of six tetrahedra per expected radius"),
         Parameter("int", "shells", numerics.shells, "around the box of cubes"),

@@ -191,21 +191,36 @@ def test_normal_impact_is_a_circle():
     assert minor == pytest.approx([0.227e-3, 0.227e-3], rel=1e-12)
 
 
-def test_sweep_factors_are_the_extremes_of_the_moving_circle():
-    tau = np.linspace(0.0, 0.5, 200_001)
-    for s in (0.0, 0.3, 1.0, 3.0, 3.5, 10.0):
-        lead, trail = coverage.sweep_factors(s)
-        assert lead == pytest.approx((s * tau + np.sin(np.pi * tau)).max(), abs=1e-9)
-        assert trail == pytest.approx(-(s * tau - np.sin(np.pi * tau)).min(), abs=1e-9)
+# (sweep, area over that of the normal impact at the same normal speed) of 3-D runs that the rule was not fitted to:
+# steel on 2024 at 100 m/s and on 4340 at 60 m/s, 75 to 20 degrees (tests/benchmarks/oblique.py)
+SOLVED_AREAS = [
+    (0.267, 1.009), (0.538, 1.041), (0.835, 1.113), (1.199, 1.238), (1.553, 1.368),
+    (0.173, 1.003), (0.351, 1.018), (0.547, 1.049), (0.791, 1.108), (1.031, 1.181),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("sweep", "area"), SOLVED_AREAS)
+def test_an_oblique_dimple_has_the_area_of_the_solved_one(sweep, area):
+    assert coverage.stretch(sweep) == pytest.approx(area, rel=0.02)
+
+
+def test_the_stretch_grows_without_a_step_beyond_what_was_solved():
+    s = np.linspace(0.0, 6.0, 601)
+    got = coverage.stretch(s)
+    assert got[0] == 1.0
+    slope = np.diff(got) / np.diff(s)
+    assert (np.diff(slope) > -1e-9).all()
+    assert np.abs(np.diff(slope)).max() < 0.01
+    assert slope[-1] == pytest.approx(slope[int(100 * coverage.LARGEST_SWEEP)], rel=0.02)
 
 
 def test_oblique_dimple_lengthens_along_the_flight_only():
     rows = impacts([(1e-3, 0.0, 60.0, -60.0), (1e-3, -200.0, 0.0, -60.0)])
     major, minor, azimuth = coverage.dimple_semi_axes(DIMPLE, rows)
     loading = 2e-6 / 1.35  # of the contact's 2 us the shot sinks in so long
-    lead, trail = coverage.sweep_factors(np.array([60.0, 200.0]) * 2 * loading / 0.227e-3)
+    sweep = np.array([60.0, 200.0]) * 2 * loading / 0.227e-3
     assert minor == pytest.approx([0.227e-3] * 2, rel=1e-12)
-    assert major == pytest.approx(minor * (lead + trail) / 2, rel=1e-12)
+    assert major == pytest.approx(minor * coverage.stretch(sweep), rel=1e-12)
     assert major[0] > minor[0]
     assert azimuth == pytest.approx([math.pi / 2, math.pi])
 
@@ -216,8 +231,8 @@ def test_speeds_are_those_against_the_local_normal():
     rows = impacts([(1e-3, 0.0, 0.0, -60.0)], (math.sin(tilt), 0.0, math.cos(tilt)))
     major, minor, azimuth = coverage.dimple_semi_axes(DIMPLE, rows)
     assert minor == pytest.approx(0.227e-3 * math.sqrt(0.5), rel=1e-12)
-    lead, trail = coverage.sweep_factors(60.0 * math.sin(tilt) * 2 * 2e-6 / 1.35 / minor)
-    assert major == pytest.approx(minor * (lead + trail) / 2, rel=1e-12)
+    sweep = 60.0 * math.sin(tilt) * 2 * 2e-6 / 1.35 / minor
+    assert major == pytest.approx(minor * coverage.stretch(sweep), rel=1e-12)
     assert azimuth == pytest.approx(0.0, abs=1e-12)  # downhill
 
 

@@ -80,7 +80,9 @@ real[int, int] h0(n, 9), h1(n, 9), s0(n, 19), s1(n, 19), P(n, 9);
 for (int k = 0; k < n; ++k) for (int i = 7; i < 19; ++i) s0(k, i) = 0;
 int failed = updatePointsFinite(true, law, h0, h1, s0, s1, P);
 { ofstream f("out.csv"); f.precision(17); f << "v" << endl;
-  for (int k = 0; k < n; ++k) { for (int i = 0; i < 7; ++i) f << s1(k, i) << endl; for (int i = 0; i < 9; ++i) f << P(k, i) << endl; } }
+  for (int k = 0; k < n; ++k) {
+    for (int i = 0; i < 7; ++i) f << s1(k, i) << endl;
+    for (int i = 0; i < 9; ++i) f << P(k, i) << endl; } }
 { ofstream f("status"); f << "ok" << endl << failed << endl; }
 """
 
@@ -96,7 +98,8 @@ def test_finite_strain_points_against_the_same_formulas_in_numpy(tmp_path):
     (tmp_path / "points.edp").write_text(_POINTS)
     driver = tmp_path / "driver.edp"
     law = Parameter("real[int]", "law", law_table(AL2024.E_Pa, AL2024.nu, HARD), "")
-    driver.write_text(write_driver("points", [law], ["points_small_kernel.idp", "points_finite_small.idp", str(tmp_path / "points.edp")]))
+    includes = ["points_small_kernel.idp", "points_finite_small.idp", str(tmp_path / "points.edp")]
+    driver.write_text(write_driver("points", [law], includes))
     run_freefem(driver, cwd=tmp_path, log=tmp_path / "log", status=tmp_path / "status")
     got = read_table(tmp_path / "out.csv")["v"].reshape(200, 16)
     one, mu = np.eye(3), AL2024.E_Pa * 1e-6 / 2 / (1 + AL2024.nu)

@@ -27,6 +27,7 @@ from glue.target.tables import read_table
 from glue.theory.impact_scale import REPRESENTATIVE_STRAIN, expected_impact
 
 ENERGY_ERROR_LIMIT = 0.005  # of the shot's kinetic energy, at any step
+SPLIT_ERROR_LIMIT = 0.01  # of the same: stored and spent at the points against the work of the internal forces
 UNBALANCED_LIMIT = 1e-3  # residual forces of the unloaded target over those before
 _SOURCES = (
     "freefem/single_impact.edp",
@@ -214,6 +215,11 @@ def _check(folder: Path) -> None:
     if not result["energy_error"][0] <= ENERGY_ERROR_LIMIT:
         problems.append(
             f"energy balance off by {result['energy_error'][0]:.2%} (limit {ENERGY_ERROR_LIMIT:.1%})"
+        )
+    if not result["split_error"][0] <= SPLIT_ERROR_LIMIT:
+        problems.append(
+            f"elastic and plastic energy off by {result['split_error'][0]:.2%} from the work done "
+            f"(limit {SPLIT_ERROR_LIMIT:.0%})"
         )
     if not result["unbalanced"][0] <= UNBALANCED_LIMIT:
         problems.append(

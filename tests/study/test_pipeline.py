@@ -46,7 +46,7 @@ def test_the_manifest_tells_what_was_done(stubs, tmp_path):
         "fast",
         "fast",
     )
-    assert found["choices"]["flow"]["model"] == "event" and "tolerance" in found["choices"]["flow"]["why"]
+    assert found["choices"]["flow"]["model"] == "dem" and "tolerance" in found["choices"]["flow"]["why"]
     record = found["stages"]["b"]
     assert (record["state"], record["exit_code"]) == ("complete", 0)
     assert record["wall_s"] >= 0 and record["peak_memory_bytes"] > 1e6
@@ -193,13 +193,13 @@ def test_only_the_solver_that_a_stage_runs_makes_it_stale(stubs, tmp_path, monke
 def test_the_real_stages_name_their_solvers():
     from glue.study.stages import STAGES
 
-    def of(preset):
-        scene = read_scene(example_path("al2024-s390"), preset=preset)
+    def of(name):
+        scene = read_scene(example_path(name))
         return {s.name: s.runs(scene, Path("none")) for s in STAGES}
 
     others = {"dimple": ("freefem",), "coverage": (), "target": ("freefem",), "surface": (), "report": ()}
-    assert of("reference") == others | {"flow": ("yade",)}
-    assert of("fast") == others | {"flow": ()}  # event-driven: no YADE needed
+    assert of("al2024-s390") == others | {"flow": ("yade",)}
+    assert of("mixed-s230-s390-traverse") == others | {"flow": ()}  # event-driven: no YADE needed
 
 
 def test_another_preset_is_another_run(stubs, tmp_path):

@@ -48,9 +48,9 @@ def test_the_direction_of_gravity_is_scaled_to_length_one(write_scene):
 
 def test_restitution_that_rises_where_shots_struck_before(write_scene):
     scene = read_scene(write_scene({"restitution.hardening": "{}"}))
-    assert scene.restitution.hardening == SpotHardening(0.6, 2.0)
+    assert scene.restitution.hardening == SpotHardening(0.65, 4.0)
     assert any(
-        line.startswith("restitution.hardening.saturated = 0.6 (") and line.endswith("grade C)")
+        line.startswith("restitution.hardening.saturated = 0.65 (") and line.endswith("grade C)")
         for line in scene.defaults_used
     )
     given = {"restitution.shot_target": "0.5", "restitution.hardening": "{saturated = 0.501, hits = 4}"}
@@ -127,10 +127,10 @@ def test_wrong_physics_of_the_impact(changes, expected, problems_of):
     "changes, expected",
     [
         (
-            {"restitution.shot_target": "0.6", "restitution.hardening": "{}"},
+            {"restitution.shot_target": "0.65", "restitution.hardening": "{}"},
             [
-                "restitution.hardening.saturated: 0.6 is no more than restitution.shot_target, 0.6: a spot that was struck "
-                "before is harder and rebounds more; allowed above 0.6, up to 0.94, or exactly 1"
+                "restitution.hardening.saturated: 0.65 is no more than restitution.shot_target, 0.65: a spot that was struck "
+                "before is harder and rebounds more; allowed above 0.65, up to 0.94, or exactly 1"
             ],
         ),
         (

@@ -62,7 +62,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         _complain("\n".join([str(problem), *getattr(problem, "__notes__", [])]))
         return problem.exit_code
     except KeyboardInterrupt:
-        _complain("stopped; the same command goes on from the last complete stage")
+        _complain("stopped; the same command goes on: from the last complete stage, the flow from its last checkpoint")
         return 130
     except BrokenPipeError:  # `peen … | head`
         _drop_output()

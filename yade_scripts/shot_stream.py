@@ -70,7 +70,9 @@ class Stream:
         if not self.fleet.shots:
             return
         for shot in self.fleet.near(new.at(now), new.radius, 0.0, now):
-            self._drop(shot, jets.REASONS[self._fate(shot, now)] or "inlet")
+            # Fresh shots of other speeds or directions may overlap up here; at the exit they do not.
+            if shot.collisions or shot.impacts:
+                self._drop(shot, jets.REASONS[self._fate(shot, now)] or "inlet")
         for contact in self.logger.open.values():
             for shot in contact.shots:
                 if math.dist(O.bodies[shot.body].state.pos, new.at(now)) <= new.radius + shot.radius:

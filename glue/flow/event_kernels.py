@@ -114,20 +114,20 @@ def energy(shot):
 
 
 @part
-def _impulse(slip, n, m, e, mu):
+def _impulse(slip, n, m, e, mu, approach):
     """Impulse (x, y, z) [N s] on the body that the unit normal ``n`` points at.
 
-    ``slip`` is its touching point's velocity [m/s] relative to the other's, ``m`` the effective mass; no impulse
-    unless they approach.
+    ``slip`` is its touching point's velocity [m/s] relative to the other's, ``m`` the effective mass, ``approach``
+    [m/s] the speed that the size follows from; no impulse unless they approach.
     """
     nx, ny, nz = n
     gn = slip[0] * nx + slip[1] * ny + slip[2] * nz
-    if gn >= 0.0:
+    if gn >= 0.0 or approach <= 0.0:
         return 0.0, 0.0, 0.0
     tx, ty, tz = slip[0] - gn * nx, slip[1] - gn * ny, slip[2] - gn * nz
     gt = math.sqrt(tx * tx + ty * ty + tz * tz)
-    along = -(1.0 + e) * m * gn
-    across = m * impulse_across(-gn, gt, e, mu) / gt if gt > 0.0 else 0.0
+    along = (1.0 + e) * m * approach
+    across = m * impulse_across(approach, gt, e, mu) / gt if gt > 0.0 else 0.0
     return along * nx - across * tx, along * ny - across * ty, along * nz - across * tz
 
 
@@ -155,7 +155,8 @@ def collide(a, b, e, mu):
     m = a.mass * b.mass / (a.mass + b.mass)
     compliance = a.compliance + b.compliance
     modulus = 1.0 / compliance if compliance > 0.0 else math.inf
-    q = turned_normal(n, u, e, reach, m, a.radius * b.radius / reach, modulus)
+    x, y, z, approach = turned_normal(n, u, e, reach, m, a.radius * b.radius / reach, modulus)
+    q = (x, y, z)
     sx = a.radius * a.wx + b.radius * b.wx
     sy = a.radius * a.wy + b.radius * b.wy
     sz = a.radius * a.wz + b.radius * b.wz
@@ -166,7 +167,7 @@ def collide(a, b, e, mu):
     )
     before = energy(a) + energy(b)
     qx, qy, qz = _momentum(a, b)
-    px, py, pz = _impulse(slip, q, m, e, mu)
+    px, py, pz = _impulse(slip, q, m, e, mu, approach)
     _push(a, px, py, pz, -1.0, q)
     _push(b, -px, -py, -pz, 1.0, q)
     dx, dy, dz = parting(n, (a.vx - b.vx, a.vy - b.vy, a.vz - b.vz))
@@ -199,7 +200,7 @@ def strike(shot, n, e, mu):
         shot.vz - r * (shot.wx * n[1] - shot.wy * n[0]),
     )
     before = energy(shot)
-    px, py, pz = _impulse(slip, n, shot.mass, e, mu)
+    px, py, pz = _impulse(slip, n, shot.mass, e, mu, -(slip[0] * n[0] + slip[1] * n[1] + slip[2] * n[2]))
     _push(shot, px, py, pz, -1.0, n)
     return (energy(shot) - before) / before
 

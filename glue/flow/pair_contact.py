@@ -1,12 +1,13 @@
 """The impulse between two shots, along the line of centres that they have in the middle of their contact.
 
 Shots that meet obliquely move past one another while they touch: the line between their centres turns, at
-60 m/s by up to .2 rad.  To first order the whole impulse acts along the line as it is at the impulse's centroid.
-With the approach g_n, the sideways speed g_t of the centres, d the sum of the radii and m the effective mass,
+60 m/s by up to .2 rad.  To first order the impulse acts along the line as it is at the impulse's centroid, and its
+size (1 + e) m (approach) follows from the approach along the line as it is at half of the contact.  With the
+approach g_n, the sideways speed g_t of the centres, d the sum of the radii and m the effective mass,
 
     n' = (n + tan(turn) t) / |..|,   tan(turn) = tau g_t / d
 
-and tau the time from touch to centroid.  Without losses that is half of the contact, by symmetry, exactly.
+and tau the time from touch to centroid, or to half of the contact.  Without losses the two are one, by symmetry.
 
 - Hertz's impact takes tau = 1.4716 depth / g_n to its deepest point.
 - Moving past, the centres also move apart, with g_t^2 / d: the contact is shorter, and never deepens longer than
@@ -15,6 +16,9 @@ and tau the time from touch to centroid.  Without losses that is half of the con
 - A dashpot that gives the restitution e at any speed (that of Antypov and Elliott, 2011) puts the centroid at
   e / (1 + e) of the contact, because the depth returns to 0 (integrate t F over it), and makes the contact longer
   by 1 + L/10 + L^2/20, L = -ln e (numerical integral, within 1 % down to e = .1).
+
+Against that contact integrated in time the velocities after are .1-.3 % rms of the closing speed off for e from .3
+to 1 (at worst 1.4 %), 1.8 % at e = .1; shots that graze (sin of the angle above .99) up to 4 %.
 
 Nothing is fitted to collisions; yade_scripts/checks/pairs.py compares with them.  What is left out: the centres'
 way during the contact, some .1 mm, so that lines of flight are off by that much and the orbital angular
@@ -33,7 +37,10 @@ APART = 1e-9
 
 
 def turned_normal(n, u, e, reach_m, mass_kg, radius_m, modulus_Pa):
-    """n' (x, y, z); n itself for rigid shots (modulus inf) and for a central collision.
+    """n' (x, y, z) and the approach [m/s] that decides the impulse's size.
+
+    n itself and -u.n for rigid shots (modulus inf) and for a central collision.  An approach of 0 or less: the shots
+    slide past without a push.
 
     ``n`` unit normal from b to a, ``u`` velocity of a relative to b [m/s], towards it; ``reach_m`` sum of the
     radii, ``mass_kg`` and ``radius_m`` the effective ones (product over sum), ``modulus_Pa`` E*.
@@ -43,16 +50,18 @@ def turned_normal(n, u, e, reach_m, mass_kg, radius_m, modulus_Pa):
     tx, ty, tz = u[0] + gn * nx, u[1] + gn * ny, u[2] + gn * nz
     past = tx * tx + ty * ty + tz * tz
     if not gn > 0.0 or past == 0.0 or modulus_Pa == math.inf:
-        return nx, ny, nz
+        return nx, ny, nz, gn
     depth = (15.0 * mass_kg * gn * gn / (16.0 * math.sqrt(radius_m) * modulus_Pa)) ** 0.4
     tau = TO_DEEPEST * depth / gn
     tau /= (1.0 + (tau * past / (reach_m * gn)) ** 1.5) ** (2.0 / 3.0)
     loss = -math.log(e)
-    tau *= 2.0 * e / (1.0 + e) * (1.0 + 0.1 * loss + 0.05 * loss * loss)
-    way = tau / reach_m
+    tau *= 1.0 + 0.1 * loss + 0.05 * loss * loss
+    half = tau / reach_m
+    approach = (gn - half * past) / math.sqrt(1.0 + half * half * past)
+    way = 2.0 * e / (1.0 + e) * half
     x, y, z = nx + way * tx, ny + way * ty, nz + way * tz
     size = math.sqrt(x * x + y * y + z * z)
-    return x / size, y / size, z / size
+    return x / size, y / size, z / size, approach
 
 
 def parting(n, out):

@@ -26,6 +26,7 @@ from glue.flow.table import TableWriter
 from glue.scene.model import Scene
 
 CHECKPOINT = "flow.checkpoint.npz"  # gone when the run has ended
+MANY_IMPACTS = 3.0  # per shot that struck: without gravity and gas it is 1.0 to 1.1
 
 
 class FlowResult(NamedTuple):
@@ -104,7 +105,7 @@ def run_flow(
         **stream_numbers(impacts, [nozzle.speed_m_s for nozzle in scene.nozzles]),
         "model": choice.model,
         "why": choice.why,
-        "warnings": list(choice.warnings),
+        "warnings": [*choice.warnings, *_warnings(impacts)],
         "collision_number": numbers["pi_eff"],
         "physics": {block: vars(decided) for block, decided in physics.choices.items()},
         "restitution": law.as_dict(),
@@ -112,6 +113,17 @@ def run_flow(
     }
     write_text_atomic(report_path, json.dumps(info, indent=2, default=_plain) + "\n")
     return FlowResult(impacts_path, impacts, arrivals_path, info)
+
+
+def _warnings(impacts: np.ndarray) -> list[str]:
+    """What a log that is right may still leave a user to wonder at."""
+    shots = len(np.unique(impacts["shot_id"]))
+    if not shots or len(impacts) <= MANY_IMPACTS * shots:
+        return []
+    return [
+        f"{len(impacts) / shots:.1f} impacts per shot: gravity or blowing gas throws rebounds back, and means over impacts"
+        " speak of faint ones; air_drag.gas_speed_m_s blows through the target, where real gas turns aside"
+    ]
 
 
 def check_law(law: RestitutionLaw, model: str) -> None:

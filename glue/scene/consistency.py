@@ -18,6 +18,7 @@ from glue.scene.jet_checks import (
     Problem,
     driven,
     named,
+    gas_problems,
     nozzle_problems,
     size_text,
     window_problems,
@@ -53,6 +54,7 @@ def problems(
         found = [*nozzle_problems(name, nozzle, exposure_time_s), *(jet_problems(name, media, nozzle) if media else ())]
         sound &= not any(key.endswith(("divergence_half_angle_deg", "jet_diameter_m")) for key, _ in found)
         yield from found
+    yield from gas_problems(nozzles, air_drag)
     if not media:
         return
     if exposure_time_s:

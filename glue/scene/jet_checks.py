@@ -49,6 +49,19 @@ def nozzle_problems(name: str, nozzle: Nozzle, exposure_time_s: float | None) ->
         )
 
 
+def gas_problems(nozzles: Nozzles, air: AirDrag | None) -> Iterator[Problem]:
+    """Blowing gas has one direction everywhere, that of the first nozzle: others must share it."""
+    if air is None or not air.gas_speed_m_s:
+        return
+    first = nozzles[0].direction
+    if any(math.dist(first, nozzle.direction) > 1e-9 for nozzle in nozzles[1:]):
+        yield (
+            "air_drag.gas_speed_m_s",
+            f"{show(air.gas_speed_m_s)} m/s blows along the first nozzle's axis everywhere, across the jets of the others; "
+            "allowed 0 (still gas), or nozzles of one direction",
+        )
+
+
 def driven(nozzle: Nozzle, media: Media, air: AirDrag | None) -> Nozzle:
     """The nozzle with its speed raised to the most that a faster gas can drive any of its shots to on their way.
 

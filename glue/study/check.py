@@ -65,12 +65,13 @@ def check(scene: Scene, scene_file: Path | None = None) -> dict:
     in_window = expected_impacts(scene, -half[0], half[0], -half[1], half[1])
     per_area = in_window / target.window_area_m2
     in_cell = per_area * (scene.accuracy.cell_side_in_radii * cell_radius) ** 2
+    per_pass = _per_pass(scene, half)
     return {
         "name": scene.name,
         "run_directory": str(default_out(scene)),
         "expected_shots": scene.expected_shots,
         "expected_impacts_in_window": in_window,
-        "expected_impacts_per_pass": _per_pass(scene, half),
+        "expected_impacts_per_pass": per_pass,
         "expected_impacts_in_cell": in_cell,
         "mass_flow_kg_s": scene.mass_flow_kg_s,
         "shot_energy_J": 0.5 * shots.mean_mass_kg * nozzle.speed_m_s**2,
@@ -89,7 +90,7 @@ def check(scene: Scene, scene_file: Path | None = None) -> dict:
         "coverage_estimate": float(hits.coverage([scene.exposure_time_s])[0]),
         "flow_cost_estimate_s": _flow_cost_s(scene, flow.model, e),
         "target_cost_estimate_s": _target_cost_s(scene.accuracy, in_cell),
-        "warnings": [*flow.warnings, *_warnings(in_cell)],
+        "warnings": [*flow.warnings, *_warnings(in_cell, per_pass)],
         "physics": {block: vars(choice) for block, choice in (physics.choices | impact.choices).items()},
         "dimple_speeds_m_s": sorted([*other_speeds(scene), nozzle.normal_speed_m_s]),
         "choices": choices(scene),
@@ -148,10 +149,17 @@ def _medium(scene: Scene, shots) -> dict:
     }
 
 
-def _warnings(in_cell: float) -> list[str]:
+def _warnings(in_cell: float, per_pass: list[float]) -> list[str]:
+    found = []
+    idle = [number for number, count in enumerate(per_pass, start=1) if count < 0.01 * max(per_pass)]
+    if idle:
+        found.append(
+            f"pass {', '.join(map(str, idle))} of {len(per_pass)} brings no shot into the window: a smaller pitch_m, fewer"
+            " passes, or a window that they reach"
+        )
     if in_cell >= _FEW_IMPACTS:
-        return []
-    return [
+        return found
+    return found + [
         f"only {in_cell:.2g} impacts are expected in the target's cell: its stress is that of chance, or null when none"
         " falls into the window; a longer exposure_time_s makes it mean something"
     ]

@@ -38,10 +38,10 @@ def _facts(scene: Scene, c: dict):
         alone = len(c["media"]) == 1
         yield "shots", f"{m['grade'] or 'own'}: {m['diameter_m'] * 1e3:.3g} mm {m['medium']}{'' if alone else share}"
     for k, n in enumerate(c["nozzles"]):
-        feed = f", {n['passes']} passes at {n['feed_speed_m_s'] * 1e3:g} mm/s" if n["feed_speed_m_s"] else ""
+        feed = f", {n['passes']} pass{'es' if n['passes'] > 1 else ''} at {n['feed_speed_m_s'] * 1e3:g} mm/s" if n["feed_speed_m_s"] else ""
         along, across = (1e3 * side for side in n["footprint_m"])
         yield (
-            "nozzle" if len(c["nozzles"]) == 1 else f"nozzle {k}",
+            "nozzle" if len(c["nozzles"]) == 1 else f"nozzle[{k + 1}]",
             f"{n['speed_m_s']:g} m/s, {60 * n['mass_flow_kg_s']:.3g} kg/min, {n['impact_angle_deg']:g}° from the surface,"
             f" footprint {along:.3g} x {across:.3g} mm{feed}",
         )
@@ -71,7 +71,7 @@ def _facts(scene: Scene, c: dict):
     if scene.gravity is not None:
         yield "gravity number", f"{c['gravity_number']:.2g} of a shot's energy, or its sag over the jet's radius"
     if scene.air_drag is not None:
-        yield "drag number", f"{c['drag_number']:.2g} of the speed lost on the way"
+        yield "drag number", f"{c['drag_number']:.2g} of the speed lost (or gained) on the way"
     errors = ", ".join(f"{model} {error:.2g}" for model, error in c["expected_flow_errors"].items())
     yield "error of a flow model", f"{errors} (accepted: {scene.accuracy.flow_tolerance:g})"
     yield "flow", f"about {_duration(c['flow_cost_estimate_s'])} on one core ({c['choices']['flow']['model']})"

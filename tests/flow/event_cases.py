@@ -86,13 +86,14 @@ def _bounce(i, j, n, x, v, w, r, m, e, mu):
     """Instant contact of i with j (None: the resting target), n from i towards it."""
     m_j, r_j, v_j, w_j = (m[j], r[j], v[j], w[j]) if j is not None else (math.inf, math.inf, 0.0, np.zeros(3))
     reduced = 1.0 / (1.0 / m[i] + 1.0 / m_j)
-    first, u = n, v[i] - v_j
+    first, u, approach = n, v[i] - v_j, None
     if j is not None:
         radius = r[i] * r_j / (r[i] + r_j)
-        n = -np.array(turned_normal(-n, u, e, r[i] + r_j, reduced, radius, STEEL_MODULUS_PA))
+        *turned, approach = turned_normal(-n, u, e, r[i] + r_j, reduced, radius, STEEL_MODULUS_PA)
+        n = -np.array(turned)
     slip = u + np.cross(w[i], r[i] * n) + (np.cross(w_j, r_j * n) if j is not None else 0.0)
-    gn = slip @ n
-    gt = slip - gn * n
+    gt = slip - (slip @ n) * n
+    gn = slip @ n if approach is None else approach
     size = np.linalg.norm(gt)
     change = -(1.0 + e) * gn * n
     if size > 0.0:

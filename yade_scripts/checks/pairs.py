@@ -76,9 +76,9 @@ def model(row, modulus: float) -> tuple[np.ndarray, float]:
     masses = [mass_of(d) for d in sizes]
     mass, radius = masses[0] * masses[1] / sum(masses), 0.5 * sizes[0] * sizes[1] / sum(sizes)
     n, u = (row["b"], 0.0, math.sqrt(1.0 - row["b"] ** 2)), (0.0, 0.0, -row["speed"])
-    turned = np.array(turned_normal(n, u, row["e"], 0.5 * sum(sizes), mass, radius, modulus))
-    approach = -np.dot(u, turned)
-    slip = u + approach * turned
+    *turned, approach = turned_normal(n, u, row["e"], 0.5 * sum(sizes), mass, radius, modulus)
+    turned = np.array(turned)
+    slip = u - np.dot(u, turned) * turned
     across = impulse_across(approach, np.linalg.norm(slip), row["e"], row["mu"]) / np.linalg.norm(slip)
     impulse = (1.0 + row["e"]) * approach * turned - across * slip
     out = u + impulse

@@ -12,6 +12,7 @@ import pytest
 
 from glue import cli
 from glue.errors import NotConverged, SolverFailed
+from glue.scene.reader import example_path
 from glue.study import pipeline
 from glue.study.stage import Stage
 
@@ -260,3 +261,11 @@ def test_the_module_is_the_command():
     assert done.returncode == 0 and "examples:" in done.stdout and "exit codes:" in done.stdout
     wrong = subprocess.run([sys.executable, "-m", "glue", "paint"], capture_output=True, text=True)
     assert wrong.returncode == 2 and wrong.stdout == ""
+
+
+def test_check_warns_of_passes_that_miss_the_window(tmp_path, capsys):
+    text = example_path("mixed-s230-s390-traverse").read_text()
+    path = tmp_path / "wide.toml"
+    path.write_text(re.sub(r"(?m)^pitch_m = [0-9.e-]+", "pitch_m = 0.1", text))
+    assert cli.main(["check", str(path)]) == 0
+    assert "pass 1, 3 of 3 brings no shot into the window" in capsys.readouterr().out

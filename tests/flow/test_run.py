@@ -14,7 +14,7 @@ from scenes import bare_scene
 from glue.errors import InputError, NotConverged
 from glue.flow import run as flow_run
 from glue.flow.arrivals import draw_arrivals, read_arrivals, scene_hash
-from glue.flow.impacts import normal_speed_m_s, read_impacts
+from glue.flow.impacts import COLUMNS, normal_speed_m_s, read_impacts
 from glue.flow.log_checks import log_problems
 from glue.flow.restitution import RestitutionLaw
 from glue.flow.run import check_law, run_flow
@@ -212,3 +212,10 @@ def test_each_check_of_the_log_can_fail(change, says):
     change(impacts)
     problems = log_problems(scene, arrivals, impacts, TargetSurface())
     assert any(says in p for p in problems) if says else problems == []
+
+
+def test_shots_that_are_thrown_back_again_and_again_are_told():
+    log = np.zeros(70, COLUMNS)
+    log["shot_id"] = np.arange(70) % 20
+    assert "3.5 impacts per shot" in flow_run._warnings(log)[0]
+    assert flow_run._warnings(log[:60]) == [] == flow_run._warnings(log[:0])

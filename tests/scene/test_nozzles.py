@@ -233,6 +233,16 @@ WRONG = {
         {"arrivals": '"exact"'},
         ['arrivals: unknown value "exact"; did you mean "exact_mass"? allowed "poisson", "exact_mass"'],
     ),
+    "gas across the second jet": (
+        {
+            "nozzle": nozzles("", "")["nozzle"].replace("impact_angle_deg = 90", "impact_angle_deg = 60", 1),
+            "air_drag": "{gas_speed_m_s = 30}",
+        },
+        [
+            "air_drag.gas_speed_m_s: 30 m/s blows along the first nozzle's axis everywhere, across the jets of the others; "
+            "allowed 0 (still gas), or nozzles of one direction"
+        ],
+    ),
     "no nozzles": ({"nozzle": "[]"}, ["nozzle: must not be empty; allowed: one table [nozzle], or several written [[nozzle]]"]),
     "too many": (nozzles(*17 * [""]), ["nozzle: must be at most 16 tables, not 17; allowed 1..16"]),
     "the second one": (

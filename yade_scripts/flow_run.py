@@ -54,7 +54,7 @@ class FlowRun:
         *,
         plain: bool = False,
         jet_margin: float | None = None,
-        checkpoint_s: float | None = 5.0,
+        checkpoint_s: float | None = 2.0,
         go_on: bool = False,
     ):
         flat = surface.kind == PLANE

@@ -65,7 +65,7 @@ def parse(argv):
         "--continue", dest="go_on", action="store_true", help="from OUT's checkpoint, if a stopped run left one"
     )
     p.add_argument(
-        "--checkpoint", type=float, default=5.0, metavar="S", help="wall time between checkpoints (default 5)"
+        "--checkpoint", type=float, default=2.0, metavar="S", help="wall time between checkpoints (default 2)"
     )
     p.add_argument(
         "--plain", action="store_true", help="make every single step instead of leaping over free flight"

@@ -14,8 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-import numpy as np
-
 from glue.flow import drag, pair_contact, restitution, tangential
 from glue.flow.event_compile import part
 from glue.flow.event_state import SPOT_BUCKETS
@@ -24,6 +22,8 @@ restitution_at = part(restitution.restitution_at)
 equivalent_speed = part(restitution.equivalent_speed)
 hardened = part(restitution.hardened)
 impulse_across = part(tangential.impulse_across)
+slip_on_target = part(tangential.slip_on_target)
+change_on_target = part(tangential.change_on_target)
 parting = part(pair_contact.parting)
 slowed = part(drag.slowed)
 drag_rate_1_s = part(drag.drag_rate_1_s)
@@ -193,15 +193,15 @@ def _momentum(a, b):
 @part
 def strike(shot, n, e, mu):
     """Let a shot that touches the resting target bounce off its outward normal ``n``; relative gain of energy."""
-    r = shot.radius
-    slip = (
-        shot.vx - r * (shot.wy * n[2] - shot.wz * n[1]),
-        shot.vy - r * (shot.wz * n[0] - shot.wx * n[2]),
-        shot.vz - r * (shot.wx * n[1] - shot.wy * n[0]),
-    )
+    nx, ny, nz = n
+    gn, tx, ty, tz, gt = slip_on_target(shot.vx, shot.vy, shot.vz, shot.wx, shot.wy, shot.wz, nx, ny, nz, shot.radius)
+    if gn <= 0.0:
+        return 0.0
     before = energy(shot)
-    px, py, pz = _impulse(slip, n, shot.mass, e, mu, -(slip[0] * n[0] + slip[1] * n[1] + slip[2] * n[2]))
-    _push(shot, px, py, pz, -1.0, n)
+    across = impulse_across(gn, gt, e, mu)
+    vx, vy, vz, wx, wy, wz = change_on_target(gn, tx, ty, tz, gt, nx, ny, nz, shot.radius, e, across)
+    shot.vx, shot.vy, shot.vz = shot.vx + vx, shot.vy + vy, shot.vz + vz
+    shot.wx, shot.wy, shot.wz = shot.wx + wx, shot.wy + wy, shot.wz + wz
     return (energy(shot) - before) / before
 
 

@@ -69,12 +69,8 @@ def read_friction(top: Table) -> Friction | None:
 
 def read_gravity(top: Table) -> Gravity | None:
     """``[gravity]``, or ``gravity = "auto"``; None without it: an absent block is not modelled."""
-    table, auto = _optional_physics(top, "gravity", "straight flights")
-    if table is None:
-        return None
-    table.refuse_others(schema.GRAVITY, elsewhere=schema.BELONGS_IN)
-    values = table.get_all(schema.GRAVITY)
-    if None in values.values():
+    table, values, auto = _block(top, "gravity", "straight flights", schema.GRAVITY)
+    if values is None:
         return None
     length = math.hypot(*values["direction"])
     if length == 0.0:
@@ -88,24 +84,16 @@ def read_gravity(top: Table) -> Gravity | None:
 
 def read_air_drag(top: Table) -> AirDrag | None:
     """``[air_drag]``, or ``air_drag = "auto"``; None without it: an absent block is not modelled."""
-    table, auto = _optional_physics(top, "air_drag", "flights in vacuum")
-    if table is None:
-        return None
-    table.refuse_others(schema.AIR_DRAG, elsewhere=schema.BELONGS_IN)
-    values = table.get_all(schema.AIR_DRAG)
-    return None if None in values.values() else AirDrag(**values, auto=auto)
+    _, values, auto = _block(top, "air_drag", "flights in vacuum", schema.AIR_DRAG)
+    return None if values is None else AirDrag(**values, auto=auto)
 
 
 def read_strain_rate(top: Table, material: Material | None) -> StrainRate | None:
     """``[strain_rate]``, or "auto"; a block is refused where ``material`` has no number that it could act by."""
-    table, auto = _optional_physics(top, "strain_rate", "laws that know no rate and no heat")
-    if table is None:
+    table, values, auto = _block(top, "strain_rate", "laws that know no rate and no heat", schema.STRAIN_RATE)
+    if material is None or values is None:
         return None
-    table.refuse_others(schema.STRAIN_RATE, elsewhere=schema.BELONGS_IN)
-    thermal = table.get("thermal", schema.STRAIN_RATE["thermal"])
-    if material is None or thermal is None:
-        return None
-    law = material.single_law
+    thermal, law = values["thermal"], material.single_law
     if auto:
         return StrainRate(thermal, auto)
     if not isinstance(law, JohnsonCook) or law.C == 0.0:
@@ -138,6 +126,16 @@ def _read_switch(top: Table, key: str, without: str) -> Switch | None:
     for other in table.data:
         table.problem(other, f"unknown key; [{key}] is an empty block; allowed: no keys")
     return Switch(auto)
+
+
+def _block(top: Table, key: str, without: str, fields: dict) -> tuple[Table | None, dict | None, bool]:
+    """(table, values, auto) as from ``_optional_physics``; values None when the block is absent or any is refused."""
+    table, auto = _optional_physics(top, key, without)
+    if table is None:
+        return None, None, auto
+    table.refuse_others(fields, elsewhere=schema.BELONGS_IN)
+    values = table.get_all(fields)
+    return table, (None if None in values.values() else values), auto
 
 
 def _optional_physics(top: Table, key: str, without: str) -> tuple[Table | None, bool]:

@@ -128,25 +128,24 @@ class TargetSurface:
         near = np.flatnonzero((off2 <= reach * reach) & (along >= -reach))
         soonest = ((along[near] - reach[near]) / speed).tolist()  # no touch of the triangle before
         faces, edges, corners = self._rows
-        best, seen_edges, seen_corners = never, set(), set()
+        parts = (
+            (self.features.face_edges, edges, touch.touch_edge, set()),
+            (self.features.face_corners, corners, touch.touch_corner, set()),
+        )
+        best = never
         for earliest, i in sorted(zip(soonest, near.tolist())):
             if earliest > best[0]:
                 break
             hit = touch.touch_face(px, py, pz, vx, vy, vz, r, faces[i])
             if hit[0] < best[0]:
                 best = hit
-            for e in self.features.face_edges[i]:
-                if e not in seen_edges:
-                    seen_edges.add(e)
-                    hit = touch.touch_edge(px, py, pz, vx, vy, vz, r, edges[e])
-                    if hit[0] < best[0]:
-                        best = hit
-            for c in self.features.face_corners[i]:
-                if c not in seen_corners:
-                    seen_corners.add(c)
-                    hit = touch.touch_corner(px, py, pz, vx, vy, vz, r, corners[c])
-                    if hit[0] < best[0]:
-                        best = hit
+            for of_face, rows, touch_part, seen in parts:
+                for k in of_face[i]:
+                    if k not in seen:
+                        seen.add(k)
+                        hit = touch_part(px, py, pz, vx, vy, vz, r, rows[k])
+                        if hit[0] < best[0]:
+                            best = hit
         return best
 
 

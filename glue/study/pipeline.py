@@ -128,11 +128,6 @@ def choices(scene: Scene) -> dict:
     return chosen
 
 
-def stages_done(path: Path) -> list[str]:
-    """Names of the stages that the manifest of ``path`` calls complete."""
-    return [name for name, record in read_manifest(path)["stages"].items() if record["state"] == "complete"]
-
-
 def _default_stages() -> tuple[Stage, ...]:
     from glue.study.stages import STAGES  # here, since it loads every model (numba, scipy: 2 s)
 

@@ -59,8 +59,9 @@ class RestitutionLaw:
         return restitution_at(speed, self.e, self.speed_m_s, self.exponent, self.largest, self.logs)
 
     def at_speeds(self, normal_speeds_m_s: np.ndarray, densities_kg_m3: np.ndarray | None = None) -> np.ndarray:
-        """``at`` of every element; speeds above 0, shapes (n,)."""
-        speed = np.asarray(normal_speeds_m_s, dtype=float)
+        """``at`` of every element, shapes (n,)."""
+        # a falling law is at its cap at 0, which the smallest of all speeds reaches without a logarithm of 0
+        speed = np.maximum(np.asarray(normal_speeds_m_s, dtype=float), np.finfo(float).tiny)
         if densities_kg_m3 is not None and self.density_kg_m3 > 0.0:
             speed = speed * np.sqrt(np.asarray(densities_kg_m3, dtype=float) / self.density_kg_m3)
         if self.points:

@@ -17,8 +17,9 @@ and tau the time from touch to centroid, or to half of the contact.  Without los
   e / (1 + e) of the contact, because the depth returns to 0 (integrate t F over it), and makes the contact longer
   by 1 + L/10 + L^2/20, L = -ln e (numerical integral, within 1 % down to e = .1).
 
-Against that contact integrated in time the velocities after are .1-.3 % rms of the closing speed off for e from .3
-to 1 (at worst 1.4 %), 1.8 % at e = .1; shots that graze (sin of the angle above .99) up to 4 %.
+Against that contact integrated in time the velocities after are off by less than .5 % of the closing speed for e
+from .6 to 1 and 1.5 % at .3, up to impact parameters of .95 (tests/flow/test_pair_contact.py); shots that graze,
+beyond that, are not judged.
 
 Nothing is fitted to collisions; yade_scripts/checks/pairs.py compares with them.  What is left out: the centres'
 way during the contact, some .1 mm, so that lines of flight are off by that much and the orbital angular

@@ -27,10 +27,10 @@ from glue.theory import hertz
 BALLISTIC_BELOW = 0.01  # pi_eff below which shots that never meet are right to 1 % in number and energy
 # Collisions per shot from their number to first order, see ``settled``: fitted by tests/benchmarks/collision_fit.py
 CASCADE, CASCADE_POWER, THINNING = 2.42, 0.84, 2.12
-# Mean normal energy lost to collisions, c n / (1 + k n) with n collisions per shot, within 12 %: same fit
+# Mean normal energy lost to collisions, c n / (1 + k n) with n collisions per shot, within 13 %: same fit
 ENERGY_LOSS, ENERGY_LOSS_ENDS = 0.92, 0.97
-# Difference of event-driven and contact runs per collision per shot, two standard errors (+-) added: at .41 of them
-# share +.0017 +- .0010, energy -.0012 +- .0007; at .55 -.0028 +- .0020, +.0036 +- .0029 (tests/benchmarks/bench_flow.py)
+# Difference of event-driven and contact runs per collision per shot, an upper bound: tests/benchmarks/bench_flow.py
+# finds .0033 of the share at .41 collisions per shot and .0012 at .14, and half of that may be chance either way
 EVENT_BIAS = 0.0175
 # Of contact runs at one P-wave step: drift of the energy of elastic shots 7e-4, in proportion to the step
 DEM_ERROR_PER_P = 1e-3

@@ -5,8 +5,9 @@ the radii), with restitution .6-.9 and friction 0-.5, without spin.  Nothing of 
 fitted to collisions, so all are held out; the table of ``tangential.py`` is fitted to impacts on the target.
 
 Limits, set beforehand: outgoing relative velocity off by 3 % rms of the closing speed and 10 % at most, for
-every friction, up to 60 m/s.  The rows at 120 m/s, and those of the impulse along the first normal without the
-turn, only say what there is.
+every friction, up to 60 m/s.  Without the turn that is 4.4 % at 60 m/s, so rows without friction, which the turn
+alone decides, are held to .5 % (set when they were found at .07 %).  The rows at 120 m/s, and those of the impulse
+along the first normal without the turn, only say what there is.
 
     yade -n -x yade_scripts/checks/pairs.py [--json FILE]
 """
@@ -114,7 +115,7 @@ for speed in SPEEDS:
         rigid, _ = off(part, math.inf)
         note = f"not turned: {rms(rigid):.4f}, largest {rigid.max():.4f}; spin {rms(surface):.4f}"
         if speed <= 60.0:
-            rows.below(f"{speed:g} m/s, mu {mu}: velocity off, rms", rms(velocity), 0.03, note)
+            rows.below(f"{speed:g} m/s, mu {mu}: velocity off, rms", rms(velocity), 0.03 if mu else 0.005, note)
             rows.below(f"{speed:g} m/s, mu {mu}: velocity off, largest", velocity.max(), 0.10)
         else:
             print(

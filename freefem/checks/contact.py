@@ -28,9 +28,14 @@ def solve(law=AL2024.johnson_cook, speed=60.0, elements=3, numerics=None, **phys
 
 
 def hertz_impact(rows: Rows, scratch: Path) -> None:
-    """Elastic impacts, rigid and elastic shot: force, duration, contact radius, restitution; the radius converges."""
+    """Elastic impacts, rigid and elastic shot: force, duration, contact radius, restitution; the radius converges.
+
+    The radius is known to the distance of contact points only, so that a coarse mesh may hit it by luck: of both speeds
+    the worse one has to halve with the mesh.
+    """
     for name, shot, meshes in (("rigid", None, (3, 6, 12)), ("elastic", SHOT, (3, 6))):
         modulus = hertz.effective_modulus_Pa(AL2024.E_Pa, AL2024.nu, *(shot or ()))
+        worst = np.zeros(len(meshes))
         for speed in (1.0, 0.1):
             exact = hertz.impact(0.5e-3, STEEL, speed, modulus)
             radius_errors = []
@@ -43,8 +48,10 @@ def hertz_impact(rows: Rows, scratch: Path) -> None:
             rows.near(f"{told}: duration [s]", got.duration * 0.5e-3, exact.contact_time_s, 0.02)
             coarse = ", ".join(f"a/{n} {error:.2%}" for n, error in zip(meshes, radius_errors, strict=True))
             rows.below(f"{told}: contact radius", radius_errors[-1], 0.02, coarse)
-            rows.true(f"{told}: radius better with each mesh", bool((np.diff(radius_errors) < 0).all()))
+            worst = np.maximum(worst, radius_errors)
             rows.below(f"{told}: |e - 1|", abs(got.restitution - 1.0), 0.002, f"energy {got.energy_error:.1e}")
+        rows.true(f"Hertz, {name} shot: contact radius at least 1.7 times better with each mesh",
+                  bool((worst[1:] < worst[:-1] / 1.7).all()), ", ".join(f"{error:.2%}" for error in worst))  # fmt: skip
 
 
 def penalty(rows: Rows, scratch: Path) -> None:

@@ -137,25 +137,36 @@ def sign_change(depths: np.ndarray, stress: np.ndarray) -> float:
 
 
 def element_pressure(impact: ReducedImpact) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Centres (k, 2) [R, undeformed] of the elements, mean stress (k,) [MPa] in each, its volume (k,)."""
+    """Corners (k, 3, 2) [R, undeformed] of the elements, mean stress (k,) [MPa] in each, its volume (k,)."""
     p = impact.points
-    mean = (p["s_rr"] + p["s_zz"] + p["s_tt"]) / 3
+    at = np.stack([p["r"], p["z"]], axis=-1).reshape(-1, 3, 2)  # each point two thirds of the way to its corner
+    mean = ((p["s_rr"] + p["s_zz"] + p["s_tt"]) / 3).reshape(-1, 3)
     w = p["volume"].reshape(-1, 3)
-    centre = np.column_stack([np.average(p[x].reshape(-1, 3), axis=1, weights=w) for x in "rz"])
-    return centre, np.average(mean.reshape(-1, 3), axis=1, weights=w), w.sum(axis=1)
+    return 2 * at - at.sum(axis=1, keepdims=True) / 3, np.average(mean, axis=1, weights=w), w.sum(axis=1)
+
+
+def holders(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """(n,) index of the triangle (k, 3, 2) that holds each of ``points`` (n, 2); of the nearest when none does."""
+    a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    d = points[:, None] - a
+    first = (d[..., 0] * v[:, 1] - d[..., 1] * v[:, 0]) / area
+    second = (u[:, 0] * d[..., 1] - u[:, 1] * d[..., 0]) / area
+    return np.minimum(np.minimum(first, second), 1 - first - second).argmax(axis=1)
 
 
 def field_difference(coarse: ReducedImpact, fine: ReducedImpact, reach: float) -> float:
     """Rms difference of the elements' mean stress over its rms, within ``reach`` [R] of the contact's centre.
 
-    The finer field is averaged over the elements nearest to each centre of the coarser: a pattern that alternates
-    from element to element shows as a difference, and one that stays as one that does not fall with the mesh.
+    The finer field is averaged over the elements whose centres lie in each element of the coarser: a pattern that
+    alternates from element to element shows as a difference, and one that stays as one that does not fall with the mesh.
     """
     (xc, pc, vc), (xf, pf, vf) = element_pressure(coarse), element_pressure(fine)
-    near = np.hypot(*xf.T) < 1.3 * reach
-    owner = np.array([np.argmin(((xc - x) ** 2).sum(axis=1)) for x in xf[near]])
+    centres = xf.mean(axis=1)
+    near = np.hypot(*centres.T) < 1.3 * reach
+    owner = holders(xc, centres[near])
     volume = np.bincount(owner, vf[near], len(vc))
-    inside = (np.hypot(*xc.T) < reach) & (volume > 0)
+    inside = (np.hypot(*xc.mean(axis=1).T) < reach) & (volume > 0)
     mean = np.bincount(owner, vf[near] * pf[near], len(vc))[inside] / volume[inside]
     return float(np.sqrt(np.average((pc[inside] - mean) ** 2, weights=vc[inside]))
                  / np.sqrt(np.average(mean**2, weights=vc[inside])))  # fmt: skip

@@ -1,0 +1,88 @@
+// Internal forces of a mesh of straight P2 tetrahedra at finite strain: gradients gathered, points updated, forces
+// scattered in one pass over the elements; four Gauss points each.
+//
+// Element nodes: four vertices, then the mid-edge nodes of 01 02 03 12 13 23 (FreeFEM's order).  U, f: 3 node + component.
+// Point 4 e + g of element e has the barycentric coordinate .5854 of vertex g; its volume is a quarter of the element's.
+//   (25) H = sum_n u_n (x) grad N_n,   f_n = sum_points volume P grad N_n           on the undeformed mesh
+//   (26) with mean dilatation: sigma = dev sigma + K ln(theta) 1,  theta = the element's mean of det F
+// Without (26) the pressure of four points oscillates inside an element whose plastic flow keeps its volume: P2 has
+// too few displacements to keep it in each point.  The elastic stiffness that belongs to (26) integrates the volumetric
+// part by one point (the divergence of P2 is linear, so its mean is that of the centroid).
+#ifndef PEEN_BLOCK_FORCES_HPP
+#define PEEN_BLOCK_FORCES_HPP
+
+#include "block_point.hpp"
+
+namespace block {
+
+const int EDGE[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
+const double NEAR = 0.58541019662496852, FAR = 0.13819660112501052;
+
+// Gradients of the barycentric coordinates of a tetrahedron x (4 x 3), and its volume.
+inline double barycentric(const double (*x)[3], double (*g)[3]) {
+    double a[9], c[9];
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) a[3 * i + j] = x[i + 1][j] - x[0][j];
+    const double det = cofactors(a, c);
+    for (int j = 0; j < 3; ++j) {
+        g[0][j] = 0;
+        for (int i = 0; i < 3; ++i) g[i + 1][j] = c[3 * i + j] / det, g[0][j] -= g[i + 1][j];
+    }
+    return det / 6;
+}
+
+// Gradients of the ten P2 functions at Gauss point q.
+inline void shapeGradients(const double (*g)[3], int q, double (*dN)[3]) {
+    double l[4] = {FAR, FAR, FAR, FAR};
+    l[q] = NEAR;
+    for (int n = 0; n < 4; ++n)
+        for (int j = 0; j < 3; ++j) dN[n][j] = (4 * l[n] - 1) * g[n][j];
+    for (int k = 0; k < 6; ++k) {
+        const int a = EDGE[k][0], b = EDGE[k][1];
+        for (int j = 0; j < 3; ++j) dN[4 + k][j] = 4 * (l[a] * g[b][j] + l[b] * g[a][j]);
+    }
+}
+
+inline void gather(const double (*dN)[3], const double (*u)[3], double *H) {
+    for (int i = 0; i < 9; ++i) H[i] = 0;
+    for (int n = 0; n < 10; ++n)
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) H[3 * i + j] += u[n][i] * dN[n][j];
+}
+
+// One element: forces f (10 x 3) and the new states of its four points.  Returns the number of points that failed.
+inline int element(const Law &law, bool meanDilatation, const double (*x)[3], const double (*uOld)[3],
+                   const double (*u)[3], const double *old, double *now, double (*f)[3]) {
+    double g[4][3], dN[4][10][3], c[4][9], theta = 0;
+    const double volume = barycentric(x, g);
+    int failed = 0;
+    for (int q = 0; q < 4; ++q) {
+        double Hold[9], H[9];
+        shapeGradients(g, q, dN[q]);
+        gather(dN[q], uOld, Hold);
+        gather(dN[q], u, H);
+        failed += !updatePoint(law, Hold, H, old + STATE * q, now + STATE * q);
+        for (int i = 0; i < 9; i += 4) H[i] += 1;
+        const double J = cofactors(H, c[q]);
+        failed += !(J > 0);
+        theta += 0.25 * J;
+    }
+    for (int n = 0; n < 10; ++n) f[n][0] = f[n][1] = f[n][2] = 0;
+    if (failed) return failed;
+    for (int q = 0; q < 4; ++q) {
+        double *s = now + STATE * q, P[9];
+        if (meanDilatation) {
+            const double shift = law.K * std::log(theta) - (s[0] + s[1] + s[2]) / 3;
+            for (int i = 0; i < 3; ++i) s[i] += shift;
+        }
+        firstPiola(s, c[q], P);
+        for (int n = 0; n < 10; ++n)
+            for (int i = 0; i < 3; ++i)
+                f[n][i] += 0.25 * volume * (P[3 * i] * dN[q][n][0] + P[3 * i + 1] * dN[q][n][1] + P[3 * i + 2] * dN[q][n][2]);
+    }
+    return 0;
+}
+
+} // namespace block
+
+#endif

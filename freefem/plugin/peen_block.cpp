@@ -1,0 +1,243 @@
+// Kernels of the contact model (freefem/contact.edp): a block of P2 tetrahedra at finite strain under rigid spheres.
+// ff-c++: -lcholmod -lopenblas
+//
+// Vectors of unknowns hold 3 node + component.  The Gauss points' equations (21)-(24) stand in block_point.hpp, the
+// elements' (25)-(26) in block_forces.hpp, (27) in contact_set.hpp, (28) in anderson.hpp.
+
+#include "ff++.hpp"
+#include "AFunction_ext.hpp"
+#include "anderson.hpp"
+#include "block_forces.hpp"
+#include "supernodal.hpp"
+
+#include <cstdio>
+
+namespace {
+
+struct Elastic {
+    Supernodal factor;
+    std::vector<long> contact;     // unknowns of the contact nodes: 3 candidate + component
+    std::vector<float> compliance; // of these, square
+};
+struct Mesh {
+    long unknowns = 0;
+    std::vector<int> node;      // ten an element
+    std::vector<double> corner; // twelve an element
+};
+Mesh mesh; // one block a run
+Elastic elastic;
+Anderson anderson;
+
+// The mesh of all that follows: nodes (10 x elements), place (3 x nodes).  Fills points (4 x 4 elements): x, y, z and
+// volume of the Gauss points.  Stops when a mid-edge node is not in the middle of its edge or an element is inside out:
+// the mesh is then not what these kernels think it is.
+long peenMesh(KNM<long> *const &nodes, KNM<double> *const &place, KNM<double> *const &points) {
+    const long elements = nodes->M();
+    ffassert(nodes->N() == 10 && place->N() == 3 && points->N() == 4 && points->M() == 4 * elements);
+    mesh.node.resize(10 * elements);
+    mesh.corner.resize(12 * elements);
+    mesh.unknowns = 3 * place->M();
+    for (long e = 0; e < elements; ++e) {
+        double x[10][3], g[4][3];
+        for (long n = 0; n < 10; ++n) {
+            mesh.node[10 * e + n] = int((*nodes)(n, e));
+            for (long i = 0; i < 3; ++i) x[n][i] = (*place)(i, (*nodes)(n, e));
+        }
+        for (int n = 0; n < 4; ++n)
+            for (int i = 0; i < 3; ++i) mesh.corner[12 * e + 3 * n + i] = x[n][i];
+        const double volume = block::barycentric(x, g);
+        ffassert(volume > 0);
+        for (int k = 0; k < 6; ++k)
+            for (int i = 0; i < 3; ++i)
+                ffassert(std::fabs(x[4 + k][i] - 0.5 * (x[block::EDGE[k][0]][i] + x[block::EDGE[k][1]][i])) < 1e-9);
+        for (long q = 0; q < 4; ++q) {
+            for (long i = 0; i < 3; ++i) {
+                double sum = 0;
+                for (int n = 0; n < 4; ++n) sum += (n == q ? block::NEAR : block::FAR) * x[n][i];
+                (*points)(i, 4 * e + q) = sum;
+            }
+            (*points)(3L, 4 * e + q) = 0.25 * volume;
+        }
+    }
+    return 0;
+}
+
+// Internal forces at U (25), (26) and the new states of the points, from the converged step before (Uold, stateOld).
+//   law: as in hardening.hpp, no rate and no heat; meanDilatation: 1 with (26), 0 without; states (19 x 4 elements)
+// Returns the number of points that failed (turned inside out, or without a root); f is then not to be used.
+long peenBlock(KN<double> *const &lawArray, const long &meanDilatation, KN<double> *const &Uold, KN<double> *const &U,
+               KNM<double> *const &stateOld, KNM<double> *const &stateNew, KN<double> *const &f) {
+    ffassert(Law::complete(*lawArray));
+    Law law(*lawArray);
+    law.heat = 0;
+    const long elements = long(mesh.node.size() / 10);
+    ffassert(U->N() == mesh.unknowns && Uold->N() == mesh.unknowns && f->N() == mesh.unknowns);
+    ffassert(stateOld->N() == block::STATE && stateNew->N() == block::STATE && stateOld->M() == 4 * elements
+             && stateNew->M() == 4 * elements);
+    *f = 0.;
+    const double *u1 = &(*U)[0], *u0 = &(*Uold)[0];
+    double *sum = &(*f)[0];
+    long failed = 0;
+    for (long e = 0; e < elements; ++e) {
+        const int *node = &mesh.node[10 * e];
+        double uo[10][3], u[10][3], force[10][3];
+        for (int n = 0; n < 10; ++n)
+            for (int i = 0; i < 3; ++i) uo[n][i] = u0[3 * node[n] + i], u[n][i] = u1[3 * node[n] + i];
+        failed += block::element(law, meanDilatation != 0, reinterpret_cast<const double(*)[3]>(&mesh.corner[12 * e]), uo, u,
+                                 &(*stateOld)(0L, 4 * e), &(*stateNew)(0L, 4 * e), force);
+        for (int n = 0; n < 10; ++n)
+            for (int i = 0; i < 3; ++i) sum[3 * node[n] + i] += force[n][i];
+    }
+    return failed;
+}
+
+// The one factorisation: K by its triplets (both triangles or the lower one), unknowns with fixed > 0 taken out.
+// Returns the number of entries of the factor, or -1: K is not positive definite.
+long peenFactor(KN<long> *const &row, KN<long> *const &col, KN<double> *const &value, KN<double> *const &fixed) {
+    ffassert(row->N() == value->N() && col->N() == value->N());
+    elastic = Elastic();
+    if (!elastic.factor.factorise(int(fixed->N()), value->N(), &(*row)[0], &(*col)[0], &(*value)[0], &(*fixed)[0]))
+        return -1;
+    return long(elastic.factor.entries());
+}
+
+// x = K^-1 b.
+long peenSolve(KN<double> *const &b, KN<double> *const &x) {
+    const Supernodal &L = elastic.factor;
+    ffassert(b->N() == L.n && x->N() == L.n);
+    std::vector<float> y(L.n);
+    for (int i = 0; i < L.n; ++i) y[L.place[i]] = float((*b)[i]);
+    L.down(y.data(), 1, nullptr);
+    L.up(y.data(), 1, nullptr);
+    for (int i = 0; i < L.n; ++i) (*x)[i] = y[L.place[i]];
+    return 0;
+}
+
+// The compliance of the contact nodes (their scalar numbers, in an order that keeps neighbours together): every column
+// by a pair of solves, many at once.  `modulus` E: E C does not depend on E.  `file` keeps it ("" does not): it is read
+// when it holds as many nodes of a block as large, written otherwise.  Returns 1 when it was read.
+long peenCompliance(KN<long> *const &node, const double &modulus, string *const &file) {
+    const Supernodal &L = elastic.factor;
+    std::vector<long> &dof = elastic.contact;
+    dof.clear();
+    for (long i = 0; i < node->N(); ++i)
+        for (int c = 0; c < 3; ++c) dof.push_back(3 * (*node)[i] + c);
+    const size_t m = dof.size();
+    std::vector<float> &C = elastic.compliance;
+    C.assign(m * m, 0);
+    long head[2] = {L.n, long(m)}, found[2] = {0, 0};
+    if (!file->empty())
+        if (FILE *f = std::fopen(file->c_str(), "rb")) {
+            const bool read = std::fread(found, sizeof found, 1, f) == 1 && found[0] == head[0] && found[1] == head[1]
+                              && std::fread(C.data(), sizeof(float), m * m, f) == m * m;
+            std::fclose(f);
+            if (read) {
+                for (float &c : C) c /= float(modulus);
+                return 1;
+            }
+        }
+    const size_t wide = 96;
+    std::vector<float> Y(wide * L.n);
+    std::vector<char> below, wanted;
+    L.mark(dof.data(), m, wanted);
+    for (size_t from = 0; from < m; from += wide) {
+        const size_t columns = std::min(wide, m - from);
+        std::fill(Y.begin(), Y.end(), 0.f);
+        for (size_t c = 0; c < columns; ++c) Y[c * L.n + L.place[dof[from + c]]] = float(modulus);
+        L.mark(&dof[from], columns, below);
+        L.down(Y.data(), int(columns), &below);
+        L.up(Y.data(), int(columns), &wanted);
+        for (size_t c = 0; c < columns; ++c)
+            for (size_t i = 0; i < m; ++i) C[(from + c) * m + i] = Y[c * L.n + L.place[dof[i]]];
+    }
+    if (!file->empty()) {
+        const string part = *file + ".part";
+        FILE *f = std::fopen(part.c_str(), "wb");
+        ffassert(f);
+        const bool written = std::fwrite(head, sizeof head, 1, f) == 1 && std::fwrite(C.data(), sizeof(float), m * m, f) == m * m;
+        ffassert(std::fclose(f) == 0 && written);
+        ffassert(std::rename(part.c_str(), file->c_str()) == 0);
+    }
+    for (float &c : C) c /= float(modulus);
+    return 0;
+}
+
+// One correction of equilibrium and contact:
+//   (29) z = K^-1 (N lambda - f);   A lambda' >= A lambda - gap - N^T z (27);   step = z + K^-1 N (lambda' - lambda)
+// for the candidates `which` (numbers among the nodes of peenCompliance) with normals n (3 x candidates) out of the
+// sphere and gaps.  At its fixed point f = N lambda and no gap is negative, however exact the factor.
+// Solved in the factor's own order: down with all, up and down again with what belongs to the candidates, up with all.
+// Returns the sweeps of the active set, or -1.
+long peenPress(KN<double> *const &f, KN<long> *const &which, KNM<double> *const &n, KN<double> *const &gap,
+               KN<double> *const &lambda, KN<double> *const &step) {
+    const Supernodal &L = elastic.factor;
+    const int m = int(which->N()), all = int(elastic.contact.size());
+    ffassert(f->N() == L.n && step->N() == L.n && n->N() == 3 && n->M() == m && gap->N() == m && lambda->N() == m);
+    std::vector<long> dof(3 * m);
+    for (int i = 0; i < m; ++i)
+        for (int c = 0; c < 3; ++c) dof[3 * i + c] = elastic.contact[3 * (*which)[i] + c];
+    std::vector<char> on;
+    L.mark(dof.data(), 3 * m, on);
+
+    std::vector<float> y(L.n), part;
+    for (int i = 0; i < L.n; ++i) y[L.place[i]] = float(-(*f)[i]);
+    for (int i = 0; i < m; ++i)
+        for (int c = 0; c < 3; ++c) y[L.place[dof[3 * i + c]]] += float((*lambda)[i] * (*n)(c, i));
+    L.down(y.data(), 1, nullptr);
+    part = y;
+    L.up(part.data(), 1, &on);
+
+    std::vector<double> A(size_t(m) * m), b(m), force(m);
+    for (int i = 0; i < m; ++i)
+        for (int j = 0; j <= i; ++j) {
+            double sum = 0;
+            for (int c = 0; c < 3; ++c)
+                for (int d = 0; d < 3; ++d)
+                    sum += (*n)(c, i) * (*n)(d, j) * elastic.compliance[size_t(3 * (*which)[i] + c) * all + 3 * (*which)[j] + d];
+            A[size_t(i) * m + j] = A[size_t(j) * m + i] = sum;
+        }
+    for (int i = 0; i < m; ++i) {
+        b[i] = -(*gap)[i];
+        for (int c = 0; c < 3; ++c) b[i] -= (*n)(c, i) * part[L.place[dof[3 * i + c]]];
+        for (int j = 0; j < m; ++j) b[i] += A[size_t(i) * m + j] * (*lambda)[j];
+        force[i] = (*lambda)[i];
+    }
+    const int sweeps = contactSet(A, b, force);
+    if (sweeps < 0) return -1;
+
+    std::fill(part.begin(), part.end(), 0.f);
+    for (int i = 0; i < m; ++i) {
+        for (int c = 0; c < 3; ++c) part[L.place[dof[3 * i + c]]] = float((force[i] - (*lambda)[i]) * (*n)(c, i));
+        (*lambda)[i] = force[i];
+    }
+    L.down(part.data(), 1, &on);
+    for (int i = 0; i < L.n; ++i) y[i] += part[i];
+    L.up(y.data(), 1, nullptr);
+    for (int i = 0; i < L.n; ++i) (*step)[i] = y[L.place[i]];
+    return sweeps;
+}
+
+// (28): U becomes the next iterate, g = G(U).  depth 0 forgets.
+long peenAnderson(const long &depth, KN<double> *const &U, KN<double> *const &g) {
+    if (depth == 0) { anderson.reset(); return 0; }
+    ffassert(U->N() == g->N());
+    anderson.step(int(depth), U->N(), &(*U)[0], &(*g)[0]);
+    return 0;
+}
+
+void init() {
+    typedef KN<double> *Vector;
+    typedef KN<long> *Index;
+    typedef KNM<double> *Table;
+    Global.Add("peenMesh", "(", new OneOperator3_<long, KNM<long> *, Table, Table>(peenMesh));
+    Global.Add("peenBlock", "(", new OneOperator7_<long, Vector, long, Vector, Vector, Table, Table, Vector>(peenBlock));
+    Global.Add("peenFactor", "(", new OneOperator4_<long, Index, Index, Vector, Vector>(peenFactor));
+    Global.Add("peenSolve", "(", new OneOperator2_<long, Vector, Vector>(peenSolve));
+    Global.Add("peenCompliance", "(", new OneOperator3_<long, Index, double, string *>(peenCompliance));
+    Global.Add("peenPress", "(", new OneOperator6_<long, Vector, Index, Table, Vector, Vector, Vector>(peenPress));
+    Global.Add("peenAnderson", "(", new OneOperator3_<long, long, Vector, Vector>(peenAnderson));
+}
+
+} // namespace
+
+LOADFUNC(init)

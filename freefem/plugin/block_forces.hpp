@@ -4,10 +4,13 @@
 // Element nodes: four vertices, then the mid-edge nodes of 01 02 03 12 13 23 (FreeFEM's order).  U, f: 3 node + component.
 // Point 4 e + g of element e has the barycentric coordinate .5854 of vertex g; its volume is a quarter of the element's.
 //   (25) H = sum_n u_n (x) grad N_n,   f_n = sum_points volume P grad N_n           on the undeformed mesh
-//   (26) with mean dilatation: sigma = dev sigma + K ln(theta) 1,  theta = the element's mean of det F
-// Without (26) the pressure of four points oscillates inside an element whose plastic flow keeps its volume: P2 has
-// too few displacements to keep it in each point.  The elastic stiffness that belongs to (26) integrates the volumetric
-// part by one point (the divergence of P2 is linear, so its mean is that of the centroid).
+//   (26) mean dilatation, a share m of it:  sigma = dev sigma + [(1 - m) p + m K ln(theta)] 1,  p the point's own mean
+//        stress, theta the element's mean of det F
+// With m = 0 the pressure of four points oscillates inside an element whose plastic flow keeps its volume: P2 has too
+// few displacements to keep it in each point.  With m = 1 one pressure an element leaves the surface's vertices, which
+// carry no contact, nearly free where all around flows: they sink by a third of the dimple.  m = .9 does neither.
+// The elastic stiffness that belongs to it integrates the share m of the volumetric part by one point: the divergence of
+// P2 is linear, so its mean is that of the centroid.
 #ifndef PEEN_BLOCK_FORCES_HPP
 #define PEEN_BLOCK_FORCES_HPP
 
@@ -51,7 +54,7 @@ inline void gather(const double (*dN)[3], const double (*u)[3], double *H) {
 }
 
 // One element: forces f (10 x 3) and the new states of its four points.  Returns the number of points that failed.
-inline int element(const Law &law, bool meanDilatation, const double (*x)[3], const double (*uOld)[3],
+inline int element(const Law &law, double share, const double (*x)[3], const double (*uOld)[3],
                    const double (*u)[3], const double *old, double *now, double (*f)[3]) {
     double g[4][3], dN[4][10][3], c[4][9], theta = 0;
     const double volume = barycentric(x, g);
@@ -71,8 +74,8 @@ inline int element(const Law &law, bool meanDilatation, const double (*x)[3], co
     if (failed) return failed;
     for (int q = 0; q < 4; ++q) {
         double *s = now + STATE * q, P[9];
-        if (meanDilatation) {
-            const double shift = law.K * std::log(theta) - (s[0] + s[1] + s[2]) / 3;
+        if (share > 0) {
+            const double shift = share * (law.K * std::log(theta) - (s[0] + s[1] + s[2]) / 3);
             for (int i = 0; i < 3; ++i) s[i] += shift;
         }
         firstPiola(s, c[q], P);

@@ -27,6 +27,7 @@ struct Mesh {
 Mesh mesh; // one block a run
 Elastic elastic;
 Anderson anderson;
+const long CHECKPOINT = 0x7065656e0001; // first number of the file: its format
 
 // The mesh of all that follows: nodes (10 x elements), place (3 x nodes).  Fills points (4 x 4 elements): x, y, z and
 // volume of the Gauss points.  Stops when a mid-edge node is not in the middle of its edge or an element is inside out:
@@ -63,9 +64,9 @@ long peenMesh(KNM<long> *const &nodes, KNM<double> *const &place, KNM<double> *c
 }
 
 // Internal forces at U (25), (26) and the new states of the points, from the converged step before (Uold, stateOld).
-//   law: as in hardening.hpp, no rate and no heat; meanDilatation: 1 with (26), 0 without; states (19 x 4 elements)
+//   law: as in hardening.hpp, no rate and no heat; share: m of (26), 0 to 1; states (19 x 4 elements)
 // Returns the number of points that failed (turned inside out, or without a root); f is then not to be used.
-long peenBlock(KN<double> *const &lawArray, const long &meanDilatation, KN<double> *const &Uold, KN<double> *const &U,
+long peenBlock(KN<double> *const &lawArray, const double &share, KN<double> *const &Uold, KN<double> *const &U,
                KNM<double> *const &stateOld, KNM<double> *const &stateNew, KN<double> *const &f) {
     ffassert(Law::complete(*lawArray));
     Law law(*lawArray);
@@ -83,7 +84,7 @@ long peenBlock(KN<double> *const &lawArray, const long &meanDilatation, KN<doubl
         double uo[10][3], u[10][3], force[10][3];
         for (int n = 0; n < 10; ++n)
             for (int i = 0; i < 3; ++i) uo[n][i] = u0[3 * node[n] + i], u[n][i] = u1[3 * node[n] + i];
-        failed += block::element(law, meanDilatation != 0, reinterpret_cast<const double(*)[3]>(&mesh.corner[12 * e]), uo, u,
+        failed += block::element(law, share, reinterpret_cast<const double(*)[3]>(&mesh.corner[12 * e]), uo, u,
                                  &(*stateOld)(0L, 4 * e), &(*stateNew)(0L, 4 * e), force);
         for (int n = 0; n < 10; ++n)
             for (int i = 0; i < 3; ++i) sum[3 * node[n] + i] += force[n][i];
@@ -225,16 +226,61 @@ long peenAnderson(const long &depth, KN<double> *const &U, KN<double> *const &g)
     return 0;
 }
 
+// A checkpoint: `inputs` (whatever tells one run from another), U, states and the history table, in binary; written
+// beside and renamed, so that a file that exists is whole.
+long peenWrite(string *const &file, KN<double> *const &inputs, KN<double> *const &U, KNM<double> *const &state,
+               KNM<double> *const &history) {
+    const string part = *file + ".part";
+    FILE *f = std::fopen(part.c_str(), "wb");
+    ffassert(f);
+    const long head[6] = {CHECKPOINT, inputs->N(), U->N(), state->M(), history->N(), history->M()};
+    bool good = std::fwrite(head, sizeof head, 1, f) == 1;
+    auto put = [&](const double *x, size_t n) { good = good && std::fwrite(x, sizeof(double), n, f) == n; };
+    put(&(*inputs)[0], inputs->N());
+    put(&(*U)[0], U->N());
+    put(&(*state)(0L, 0L), size_t(block::STATE) * state->M());
+    put(&(*history)(0L, 0L), size_t(history->N()) * history->M());
+    good = std::fflush(f) == 0 && good;
+    good = std::fclose(f) == 0 && good;
+    ffassert(good);
+    ffassert(std::rename(part.c_str(), file->c_str()) == 0);
+    return 0;
+}
+
+// Returns 1 when the checkpoint was read, 0 without one, -1 for one of other inputs; then nothing is changed.
+long peenRead(string *const &file, KN<double> *const &inputs, KN<double> *const &U, KNM<double> *const &state,
+              KNM<double> *const &history) {
+    FILE *f = std::fopen(file->c_str(), "rb");
+    if (!f) return 0;
+    const long head[6] = {CHECKPOINT, inputs->N(), U->N(), state->M(), history->N(), history->M()};
+    long found[6];
+    const size_t sizes[4] = {size_t(head[1]), size_t(head[2]), size_t(block::STATE * head[3]), size_t(head[4] * head[5])};
+    std::vector<double> part[4];
+    bool good = std::fread(found, sizeof found, 1, f) == 1 && std::equal(head, head + 6, found);
+    for (int i = 0; i < 4 && good; ++i) {
+        part[i].resize(sizes[i]);
+        good = std::fread(part[i].data(), sizeof(double), sizes[i], f) == sizes[i];
+    }
+    std::fclose(f);
+    if (!good || !std::equal(part[0].begin(), part[0].end(), &(*inputs)[0])) return -1;
+    std::copy(part[1].begin(), part[1].end(), &(*U)[0]);
+    std::copy(part[2].begin(), part[2].end(), &(*state)(0L, 0L));
+    std::copy(part[3].begin(), part[3].end(), &(*history)(0L, 0L));
+    return 1;
+}
+
 void init() {
     typedef KN<double> *Vector;
     typedef KN<long> *Index;
     typedef KNM<double> *Table;
     Global.Add("peenMesh", "(", new OneOperator3_<long, KNM<long> *, Table, Table>(peenMesh));
-    Global.Add("peenBlock", "(", new OneOperator7_<long, Vector, long, Vector, Vector, Table, Table, Vector>(peenBlock));
+    Global.Add("peenBlock", "(", new OneOperator7_<long, Vector, double, Vector, Vector, Table, Table, Vector>(peenBlock));
     Global.Add("peenFactor", "(", new OneOperator4_<long, Index, Index, Vector, Vector>(peenFactor));
     Global.Add("peenSolve", "(", new OneOperator2_<long, Vector, Vector>(peenSolve));
     Global.Add("peenCompliance", "(", new OneOperator3_<long, Index, double, string *>(peenCompliance));
     Global.Add("peenPress", "(", new OneOperator6_<long, Vector, Index, Table, Vector, Vector, Vector>(peenPress));
+    Global.Add("peenWrite", "(", new OneOperator5_<long, string *, Vector, Vector, Table, Table>(peenWrite));
+    Global.Add("peenRead", "(", new OneOperator5_<long, string *, Vector, Vector, Table, Table>(peenRead));
     Global.Add("peenAnderson", "(", new OneOperator3_<long, long, Vector, Vector>(peenAnderson));
 }
 

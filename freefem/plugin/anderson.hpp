@@ -1,5 +1,5 @@
 // Anderson acceleration of a fixed point u = G(u): the twin of freefem/lib/anderson.idp for long vectors.
-//   (28) f_k = G(u_k) - u_k;  gamma = argmin |f_k - sum_i gamma_i df_i|,  u_(k+1) = G(u_k) - sum_i gamma_i dG_i
+//   (29) f_k = G(u_k) - u_k;  gamma = argmin |f_k - sum_i gamma_i df_i|,  u_(k+1) = G(u_k) - sum_i gamma_i dG_i
 // over the last `depth` differences df, dG; normal equations, of which each step adds one row and column.
 #ifndef PEEN_ANDERSON_HPP
 #define PEEN_ANDERSON_HPP

@@ -53,25 +53,46 @@ inline void gather(const double (*dN)[3], const double (*u)[3], double *H) {
             for (int j = 0; j < 3; ++j) H[3 * i + j] += u[n][i] * dN[n][j];
 }
 
-// One element: forces f (10 x 3) and the new states of its four points.  Returns the number of points that failed.
-inline int element(const Law &law, double share, const double (*x)[3], const double (*uOld)[3],
-                   const double (*u)[3], const double *old, double *now, double (*f)[3]) {
-    double g[4][3], dN[4][10][3], c[4][9], theta = 0;
+// The elastic part of a change dH of the gradient, with the share m of its volumetric part from the element's mean `tr`.
+inline void hooke(const Law &law, double share, const double *dH, double tr, double *P) {
+    const double own = dH[0] + dH[4] + dH[8];
+    const double volume = law.K * ((1 - share) * own + share * tr) - 2 * law.G / 3 * own;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) P[3 * i + j] = law.G * (dH[3 * i + j] + dH[3 * j + i]) + (i == j ? volume : 0);
+}
+
+// One element: forces f (10 x 3) and the new states of its four points; with q (10 x 3) also what the elastic stiffness
+// does not know of the change since the old state:
+//   (27) q = f(u) - f(u_old) - K_e (u - u_old)
+// Returns the number of points that failed.
+inline int element(const Law &law, double share, const double (*x)[3], const double (*uOld)[3], const double (*u)[3],
+                   const double *old, double *now, double (*f)[3], double (*rest)[3]) {
+    double g[4][3], dN[4][10][3], c[4][9], H[4][9], Hold[4][9], theta = 0, trace = 0;
     const double volume = barycentric(x, g);
     int failed = 0;
     for (int q = 0; q < 4; ++q) {
-        double Hold[9], H[9];
         shapeGradients(g, q, dN[q]);
-        gather(dN[q], uOld, Hold);
-        gather(dN[q], u, H);
-        failed += !updatePoint(law, Hold, H, old + STATE * q, now + STATE * q);
-        for (int i = 0; i < 9; i += 4) H[i] += 1;
-        const double J = cofactors(H, c[q]);
+        gather(dN[q], uOld, Hold[q]);
+        gather(dN[q], u, H[q]);
+        failed += !updatePoint(law, Hold[q], H[q], old + STATE * q, now + STATE * q);
+        double F[9];
+        for (int i = 0; i < 9; ++i) F[i] = H[q][i] + (i % 4 == 0);
+        const double J = cofactors(F, c[q]);
         failed += !(J > 0);
         theta += 0.25 * J;
+        for (int i = 0; i < 9; i += 4) trace += 0.25 * (H[q][i] - Hold[q][i]);
     }
-    for (int n = 0; n < 10; ++n) f[n][0] = f[n][1] = f[n][2] = 0;
+    for (int n = 0; n < 10; ++n)
+        for (int i = 0; i < 3; ++i) {
+            f[n][i] = 0;
+            if (rest) rest[n][i] = 0;
+        }
     if (failed) return failed;
+    auto scatter = [&](int q, const double *P, double (*to)[3]) {
+        for (int n = 0; n < 10; ++n)
+            for (int i = 0; i < 3; ++i)
+                to[n][i] += 0.25 * volume * (P[3 * i] * dN[q][n][0] + P[3 * i + 1] * dN[q][n][1] + P[3 * i + 2] * dN[q][n][2]);
+    };
     for (int q = 0; q < 4; ++q) {
         double *s = now + STATE * q, P[9];
         if (share > 0) {
@@ -79,9 +100,15 @@ inline int element(const Law &law, double share, const double (*x)[3], const dou
             for (int i = 0; i < 3; ++i) s[i] += shift;
         }
         firstPiola(s, c[q], P);
-        for (int n = 0; n < 10; ++n)
-            for (int i = 0; i < 3; ++i)
-                f[n][i] += 0.25 * volume * (P[3 * i] * dN[q][n][0] + P[3 * i + 1] * dN[q][n][1] + P[3 * i + 2] * dN[q][n][2]);
+        scatter(q, P, f);
+        if (!rest) continue;
+        double F[9], cOld[9], before[9], linear[9], d[9];
+        for (int i = 0; i < 9; ++i) F[i] = Hold[q][i] + (i % 4 == 0), d[i] = H[q][i] - Hold[q][i];
+        cofactors(F, cOld);
+        firstPiola(old + STATE * q, cOld, before);
+        hooke(law, share, d, trace, linear);
+        for (int i = 0; i < 9; ++i) P[i] -= before[i] + linear[i];
+        scatter(q, P, rest);
     }
     return 0;
 }

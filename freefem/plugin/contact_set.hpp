@@ -1,5 +1,5 @@
 // Frictionless contact on a known elastic compliance: find lambda >= 0 with
-//   (27) A lambda >= b,   lambda . (A lambda - b) = 0,   A_ij = n_i . C_ij n_j,
+//   (28) A lambda >= b,   lambda . (A lambda - b) = 0,   A_ij = n_i . C_ij n_j,
 // b the overlap that would be left without the forces.  Primal-dual active set, warm-started from the lambda handed in;
 // the twin of freefem/lib/contact_lcp.idp.
 #ifndef PEEN_CONTACT_SET_HPP

@@ -2,7 +2,7 @@
 // ff-c++: -lcholmod -lopenblas
 //
 // Vectors of unknowns hold 3 node + component.  The Gauss points' equations (21)-(24) stand in block_point.hpp, the
-// elements' (25)-(26) in block_forces.hpp, (27) in contact_set.hpp, (28) in anderson.hpp.
+// elements' (25)-(27) in block_forces.hpp, (28) in contact_set.hpp, (29) in anderson.hpp.
 
 #include "ff++.hpp"
 #include "AFunction_ext.hpp"
@@ -18,13 +18,19 @@ struct Elastic {
     Supernodal factor;
     std::vector<long> contact;     // unknowns of the contact nodes: 3 candidate + component
     std::vector<float> compliance; // of these, square
+    std::vector<float> base, y;    // L^-1 of the right-hand sides of peenBase and of the last peenPress
 };
 struct Mesh {
     long unknowns = 0;
     std::vector<int> node;      // ten an element
     std::vector<double> corner; // twelve an element
 };
+struct Zone {
+    std::vector<long> element, unknown, skin; // skin: unknowns of nodes that elements outside share
+    std::vector<char> on;                     // supernodes of its unknowns and their ancestors
+};
 Mesh mesh; // one block a run
+Zone zone;
 Elastic elastic;
 Anderson anderson;
 const long CHECKPOINT = 0x7065656e0001; // first number of the file: its format
@@ -63,33 +69,84 @@ long peenMesh(KNM<long> *const &nodes, KNM<double> *const &place, KNM<double> *c
     return 0;
 }
 
+// Adds element e's forces to f, and its rest (27) to q when that is wanted.  Returns the number of points that failed.
+long addElement(const Law &law, double share, long e, const KN<double> &Uold, const KN<double> &U, KNM<double> &stateOld,
+                KNM<double> &stateNew, double *f, double *q) {
+    const int *node = &mesh.node[10 * e];
+    double uo[10][3], u[10][3], force[10][3], rest[10][3];
+    for (int n = 0; n < 10; ++n)
+        for (int i = 0; i < 3; ++i) uo[n][i] = Uold[3 * node[n] + i], u[n][i] = U[3 * node[n] + i];
+    const long failed = block::element(law, share, reinterpret_cast<const double(*)[3]>(&mesh.corner[12 * e]), uo, u,
+                                       &stateOld(0L, 4 * e), &stateNew(0L, 4 * e), force, q ? rest : nullptr);
+    for (int n = 0; n < 10; ++n)
+        for (int i = 0; i < 3; ++i) {
+            f[3 * node[n] + i] += force[n][i];
+            if (q) q[3 * node[n] + i] += rest[n][i];
+        }
+    return failed;
+}
+
+Law checkedLaw(KN<double> *const &lawArray, KN<double> *Uold, KN<double> *U, KNM<double> *stateOld, KNM<double> *stateNew) {
+    ffassert(Law::complete(*lawArray));
+    const long points = 4 * long(mesh.node.size() / 10);
+    ffassert(U->N() == mesh.unknowns && Uold->N() == mesh.unknowns);
+    ffassert(stateOld->N() == block::STATE && stateNew->N() == block::STATE && stateOld->M() == points && stateNew->M() == points);
+    Law law(*lawArray);
+    law.heat = 0;
+    return law;
+}
+
 // Internal forces at U (25), (26) and the new states of the points, from the converged step before (Uold, stateOld).
 //   law: as in hardening.hpp, no rate and no heat; share: m of (26), 0 to 1; states (19 x 4 elements)
 // Returns the number of points that failed (turned inside out, or without a root); f is then not to be used.
 long peenBlock(KN<double> *const &lawArray, const double &share, KN<double> *const &Uold, KN<double> *const &U,
                KNM<double> *const &stateOld, KNM<double> *const &stateNew, KN<double> *const &f) {
-    ffassert(Law::complete(*lawArray));
-    Law law(*lawArray);
-    law.heat = 0;
-    const long elements = long(mesh.node.size() / 10);
-    ffassert(U->N() == mesh.unknowns && Uold->N() == mesh.unknowns && f->N() == mesh.unknowns);
-    ffassert(stateOld->N() == block::STATE && stateNew->N() == block::STATE && stateOld->M() == 4 * elements
-             && stateNew->M() == 4 * elements);
+    const Law law = checkedLaw(lawArray, Uold, U, stateOld, stateNew);
+    ffassert(f->N() == mesh.unknowns);
     *f = 0.;
-    const double *u1 = &(*U)[0], *u0 = &(*Uold)[0];
-    double *sum = &(*f)[0];
     long failed = 0;
-    for (long e = 0; e < elements; ++e) {
-        const int *node = &mesh.node[10 * e];
-        double uo[10][3], u[10][3], force[10][3];
-        for (int n = 0; n < 10; ++n)
-            for (int i = 0; i < 3; ++i) uo[n][i] = u0[3 * node[n] + i], u[n][i] = u1[3 * node[n] + i];
-        failed += block::element(law, share, reinterpret_cast<const double(*)[3]>(&mesh.corner[12 * e]), uo, u,
-                                 &(*stateOld)(0L, 4 * e), &(*stateNew)(0L, 4 * e), force);
-        for (int n = 0; n < 10; ++n)
-            for (int i = 0; i < 3; ++i) sum[3 * node[n] + i] += force[n][i];
-    }
+    for (long e = 0; e < long(mesh.node.size() / 10); ++e)
+        failed += addElement(law, share, e, *Uold, *U, *stateOld, *stateNew, &(*f)[0], nullptr);
     return failed;
+}
+
+// The same for the elements of the zone alone, with the rest q (27).  f holds the whole force at nodes inside the zone;
+// elsewhere f and q are 0 or, at the nodes of its skin, the zone's part.
+long peenZoneForces(KN<double> *const &lawArray, const double &share, KN<double> *const &Uold, KN<double> *const &U,
+                    KNM<double> *const &stateOld, KNM<double> *const &stateNew, KN<double> *const &f, KN<double> *const &q) {
+    const Law law = checkedLaw(lawArray, Uold, U, stateOld, stateNew);
+    ffassert(f->N() == mesh.unknowns && q->N() == mesh.unknowns);
+    *f = 0.;
+    *q = 0.;
+    long failed = 0;
+    for (long e : zone.element)
+        failed += addElement(law, share, e, *Uold, *U, *stateOld, *stateNew, &(*f)[0], &(*q)[0]);
+    for (long i : zone.skin) (*f)[i] = 0;
+    return failed;
+}
+
+// The zone: the elements whose middle lies within `reach` of (x, y, 0).  Outside of it an impact's steps take the block
+// as elastic, with the stiffness K; what that leaves is seen by the next whole evaluation and mended by the next step.
+// Returns the number of its elements.
+long peenZone(const double &x, const double &y, const double &reach) {
+    const long elements = long(mesh.node.size() / 10);
+    std::vector<char> inside(mesh.unknowns / 3, 0), outside(mesh.unknowns / 3, 0);
+    zone = Zone();
+    for (long e = 0; e < elements; ++e) {
+        double m[3] = {-x, -y, 0};
+        for (int n = 0; n < 4; ++n)
+            for (int i = 0; i < 3; ++i) m[i] += 0.25 * mesh.corner[12 * e + 3 * n + i];
+        const bool in = m[0] * m[0] + m[1] * m[1] + m[2] * m[2] < reach * reach;
+        if (in) zone.element.push_back(e);
+        for (int n = 0; n < 10; ++n) (in ? inside : outside)[mesh.node[10 * e + n]] = 1;
+    }
+    for (long n = 0; n < mesh.unknowns / 3; ++n)
+        for (int i = 0; i < 3 && inside[n]; ++i) {
+            zone.unknown.push_back(3 * n + i);
+            if (outside[n]) zone.skin.push_back(3 * n + i);
+        }
+    elastic.factor.mark(zone.unknown.data(), long(zone.unknown.size()), zone.on);
+    return long(zone.element.size());
 }
 
 // The one factorisation: K by its triplets (both triangles or the lower one), unknowns with fixed > 0 taken out.
@@ -163,43 +220,47 @@ long peenCompliance(KN<long> *const &node, const double &modulus, string *const 
     return 0;
 }
 
-// One correction of equilibrium and contact:
-//   (29) z = K^-1 (N lambda - f);   A lambda' >= A lambda - gap - N^T z (27);   step = z + K^-1 N (lambda' - lambda)
-// for the candidates `which` (numbers among the nodes of peenCompliance) with normals n (3 x candidates) out of the
-// sphere and gaps.  At its fixed point f = N lambda and no gap is negative, however exact the factor.
-// Solved in the factor's own order: down with all, up and down again with what belongs to the candidates, up with all.
-// Returns the sweeps of the active set, or -1.
-long peenPress(KN<double> *const &f, KN<long> *const &which, KNM<double> *const &n, KN<double> *const &gap,
-               KN<double> *const &lambda, KN<double> *const &step) {
+// One correction of equilibrium and contact, from a whole state f_b = f(U_b) given to peenBase:
+//   (30) z = -K^-1 (f_b + q - N lambda);   A lambda' >= A lambda - gap - N^T (U_b + z - U)  (28);
+//        step = z + K^-1 N (lambda' - lambda)                                           and the next U is U_b + step
+// At its fixed point f_b + K (U - U_b) + q = N lambda and no gap is negative.
+//   q: rest (27) of the zone; which: candidates, numbers among the nodes of peenCompliance, all inside the zone;
+//   n (3 x candidates): normals out of the sphere; from: U - U_b
+// Solved in the factor's own order: down with the zone, up and down again with what belongs to the candidates, up with
+// the zone, where alone `step` is filled.  Returns the sweeps of the active set, or -1.
+long peenPress(KN<double> *const &q, KN<double> *const &from, KN<long> *const &which, KNM<double> *const &n,
+               KN<double> *const &gap, KN<double> *const &lambda, KN<double> *const &step) {
     const Supernodal &L = elastic.factor;
     const int m = int(which->N()), all = int(elastic.contact.size());
-    ffassert(f->N() == L.n && step->N() == L.n && n->N() == 3 && n->M() == m && gap->N() == m && lambda->N() == m);
+    ffassert(q->N() == L.n && step->N() == L.n && from->N() == L.n && n->N() == 3 && n->M() == m && gap->N() == m && lambda->N() == m);
     std::vector<long> dof(3 * m);
     for (int i = 0; i < m; ++i)
         for (int c = 0; c < 3; ++c) dof[3 * i + c] = elastic.contact[3 * (*which)[i] + c];
     std::vector<char> on;
     L.mark(dof.data(), 3 * m, on);
 
-    std::vector<float> y(L.n), part;
-    for (int i = 0; i < L.n; ++i) y[L.place[i]] = float(-(*f)[i]);
+    std::vector<float> part(L.n, 0.f);
+    for (long i : zone.unknown) part[L.place[i]] = float(-(*q)[i]);
     for (int i = 0; i < m; ++i)
-        for (int c = 0; c < 3; ++c) y[L.place[dof[3 * i + c]]] += float((*lambda)[i] * (*n)(c, i));
-    L.down(y.data(), 1, nullptr);
-    part = y;
+        for (int c = 0; c < 3; ++c) part[L.place[dof[3 * i + c]]] += float((*lambda)[i] * (*n)(c, i));
+    L.down(part.data(), 1, &zone.on);
+    elastic.y = elastic.base;
+    for (int i = 0; i < L.n; ++i) elastic.y[i] += part[i];
+    part = elastic.y;
     L.up(part.data(), 1, &on);
 
     std::vector<double> A(size_t(m) * m), b(m), force(m);
     for (int i = 0; i < m; ++i)
         for (int j = 0; j <= i; ++j) {
+            const float *C = &elastic.compliance[size_t(3 * (*which)[i]) * all + 3 * (*which)[j]];
             double sum = 0;
             for (int c = 0; c < 3; ++c)
-                for (int d = 0; d < 3; ++d)
-                    sum += (*n)(c, i) * (*n)(d, j) * elastic.compliance[size_t(3 * (*which)[i] + c) * all + 3 * (*which)[j] + d];
+                for (int d = 0; d < 3; ++d) sum += (*n)(c, i) * (*n)(d, j) * C[size_t(c) * all + d];
             A[size_t(i) * m + j] = A[size_t(j) * m + i] = sum;
         }
     for (int i = 0; i < m; ++i) {
         b[i] = -(*gap)[i];
-        for (int c = 0; c < 3; ++c) b[i] -= (*n)(c, i) * part[L.place[dof[3 * i + c]]];
+        for (int c = 0; c < 3; ++c) b[i] -= (*n)(c, i) * (part[L.place[dof[3 * i + c]]] - (*from)[dof[3 * i + c]]);
         for (int j = 0; j < m; ++j) b[i] += A[size_t(i) * m + j] * (*lambda)[j];
         force[i] = (*lambda)[i];
     }
@@ -212,13 +273,35 @@ long peenPress(KN<double> *const &f, KN<long> *const &which, KNM<double> *const 
         (*lambda)[i] = force[i];
     }
     L.down(part.data(), 1, &on);
-    for (int i = 0; i < L.n; ++i) y[i] += part[i];
-    L.up(y.data(), 1, nullptr);
-    for (int i = 0; i < L.n; ++i) (*step)[i] = y[L.place[i]];
+    for (int i = 0; i < L.n; ++i) elastic.y[i] += part[i];
+    part = elastic.y;
+    L.up(part.data(), 1, &zone.on);
+    *step = 0.;
+    for (long i : zone.unknown) (*step)[i] = part[L.place[i]];
     return sweeps;
 }
 
-// (28): U becomes the next iterate, g = G(U).  depth 0 forgets.
+// f_b of (30).
+long peenBase(KN<double> *const &f) {
+    const Supernodal &L = elastic.factor;
+    ffassert(f->N() == L.n);
+    elastic.base.resize(L.n);
+    for (int i = 0; i < L.n; ++i) elastic.base[L.place[i]] = float(-(*f)[i]);
+    L.down(elastic.base.data(), 1, nullptr);
+    return 0;
+}
+
+// The step of the last peenPress in the whole block.
+long peenSpread(KN<double> *const &step) {
+    const Supernodal &L = elastic.factor;
+    ffassert(step->N() == L.n && long(elastic.y.size()) == L.n);
+    std::vector<float> x = elastic.y;
+    L.up(x.data(), 1, nullptr);
+    for (int i = 0; i < L.n; ++i) (*step)[i] = x[L.place[i]];
+    return 0;
+}
+
+// (29): U becomes the next iterate, g = G(U).  depth 0 forgets.
 long peenAnderson(const long &depth, KN<double> *const &U, KN<double> *const &g) {
     if (depth == 0) { anderson.reset(); return 0; }
     ffassert(U->N() == g->N());
@@ -278,7 +361,12 @@ void init() {
     Global.Add("peenFactor", "(", new OneOperator4_<long, Index, Index, Vector, Vector>(peenFactor));
     Global.Add("peenSolve", "(", new OneOperator2_<long, Vector, Vector>(peenSolve));
     Global.Add("peenCompliance", "(", new OneOperator3_<long, Index, double, string *>(peenCompliance));
-    Global.Add("peenPress", "(", new OneOperator6_<long, Vector, Index, Table, Vector, Vector, Vector>(peenPress));
+    Global.Add("peenZone", "(", new OneOperator3_<long, double, double, double>(peenZone));
+    Global.Add("peenZoneForces", "(",
+               new OneOperator8_<long, Vector, double, Vector, Vector, Table, Table, Vector, Vector>(peenZoneForces));
+    Global.Add("peenBase", "(", new OneOperator1_<long, Vector>(peenBase));
+    Global.Add("peenPress", "(", new OneOperator7_<long, Vector, Vector, Index, Table, Vector, Vector, Vector>(peenPress));
+    Global.Add("peenSpread", "(", new OneOperator1_<long, Vector>(peenSpread));
     Global.Add("peenWrite", "(", new OneOperator5_<long, string *, Vector, Vector, Table, Table>(peenWrite));
     Global.Add("peenRead", "(", new OneOperator5_<long, string *, Vector, Vector, Table, Table>(peenRead));
     Global.Add("peenAnderson", "(", new OneOperator3_<long, long, Vector, Vector>(peenAnderson));

@@ -35,28 +35,34 @@ Elastic elastic;
 Anderson anderson;
 const long CHECKPOINT = 0x7065656e0001; // first number of the file: its format
 
-// The mesh of all that follows: nodes (10 x elements), place (3 x nodes).  Fills points (4 x 4 elements): x, y, z and
-// volume of the Gauss points.  Stops when a mid-edge node is not in the middle of its edge or an element is inside out:
+// The mesh of all that follows: nodes (10 x elements), corners (12 x elements: x, y, z of an element's four), place
+// (3 x nodes), period: of a cell that repeats along x and y, 0 for none.  Fills points (4 x 4 elements): x, y, z and
+// volume of the Gauss points.  Stops when a node is not where a straight P2 element has it or an element is inside out:
 // the mesh is then not what these kernels think it is.
-long peenMesh(KNM<long> *const &nodes, KNM<double> *const &place, KNM<double> *const &points) {
+long peenMesh(KNM<long> *const &nodes, KNM<double> *const &corners, KNM<double> *const &place, const double &period,
+              KNM<double> *const &points) {
     const long elements = nodes->M();
-    ffassert(nodes->N() == 10 && place->N() == 3 && points->N() == 4 && points->M() == 4 * elements);
+    ffassert(nodes->N() == 10 && corners->N() == 12 && corners->M() == elements);
+    ffassert(place->N() == 3 && points->N() == 4 && points->M() == 4 * elements);
     mesh.node.resize(10 * elements);
     mesh.corner.resize(12 * elements);
     mesh.unknowns = 3 * place->M();
     for (long e = 0; e < elements; ++e) {
         double x[10][3], g[4][3];
-        for (long n = 0; n < 10; ++n) {
-            mesh.node[10 * e + n] = int((*nodes)(n, e));
-            for (long i = 0; i < 3; ++i) x[n][i] = (*place)(i, (*nodes)(n, e));
-        }
         for (int n = 0; n < 4; ++n)
-            for (int i = 0; i < 3; ++i) mesh.corner[12 * e + 3 * n + i] = x[n][i];
+            for (int i = 0; i < 3; ++i) mesh.corner[12 * e + 3 * n + i] = x[n][i] = (*corners)(3L * n + i, e);
+        for (int k = 0; k < 6; ++k)
+            for (int i = 0; i < 3; ++i) x[4 + k][i] = 0.5 * (x[block::EDGE[k][0]][i] + x[block::EDGE[k][1]][i]);
         const double volume = block::barycentric(x, g);
         ffassert(volume > 0);
-        for (int k = 0; k < 6; ++k)
-            for (int i = 0; i < 3; ++i)
-                ffassert(std::fabs(x[4 + k][i] - 0.5 * (x[block::EDGE[k][0]][i] + x[block::EDGE[k][1]][i])) < 1e-9);
+        for (long n = 0; n < 10; ++n) {
+            mesh.node[10 * e + n] = int((*nodes)(n, e));
+            for (long i = 0; i < 3; ++i) {
+                double off = (*place)(i, (*nodes)(n, e)) - x[n][i];
+                if (period > 0 && i < 2) off -= period * std::round(off / period);
+                ffassert(std::fabs(off) < 1e-9);
+            }
+        }
         for (long q = 0; q < 4; ++q) {
             for (long i = 0; i < 3; ++i) {
                 double sum = 0;
@@ -128,7 +134,7 @@ long peenZoneForces(KN<double> *const &lawArray, const double &share, KN<double>
 // The zone: the elements whose middle lies within `reach` of (x, y, 0).  Outside of it an impact's steps take the block
 // as elastic, with the stiffness K; what that leaves is seen by the next whole evaluation and mended by the next step.
 // Returns the number of its elements.
-long peenZone(const double &x, const double &y, const double &reach) {
+long peenZone(const double &x, const double &y, const double &reach, const double &period) {
     const long elements = long(mesh.node.size() / 10);
     std::vector<char> inside(mesh.unknowns / 3, 0), outside(mesh.unknowns / 3, 0);
     zone = Zone();
@@ -136,6 +142,7 @@ long peenZone(const double &x, const double &y, const double &reach) {
         double m[3] = {-x, -y, 0};
         for (int n = 0; n < 4; ++n)
             for (int i = 0; i < 3; ++i) m[i] += 0.25 * mesh.corner[12 * e + 3 * n + i];
+        for (int i = 0; i < 2 && period > 0; ++i) m[i] -= period * std::round(m[i] / period);
         const bool in = m[0] * m[0] + m[1] * m[1] + m[2] * m[2] < reach * reach;
         if (in) zone.element.push_back(e);
         for (int n = 0; n < 10; ++n) (in ? inside : outside)[mesh.node[10 * e + n]] = 1;
@@ -356,12 +363,12 @@ void init() {
     typedef KN<double> *Vector;
     typedef KN<long> *Index;
     typedef KNM<double> *Table;
-    Global.Add("peenMesh", "(", new OneOperator3_<long, KNM<long> *, Table, Table>(peenMesh));
+    Global.Add("peenMesh", "(", new OneOperator5_<long, KNM<long> *, Table, Table, double, Table>(peenMesh));
     Global.Add("peenBlock", "(", new OneOperator7_<long, Vector, double, Vector, Vector, Table, Table, Vector>(peenBlock));
     Global.Add("peenFactor", "(", new OneOperator4_<long, Index, Index, Vector, Vector>(peenFactor));
     Global.Add("peenSolve", "(", new OneOperator2_<long, Vector, Vector>(peenSolve));
     Global.Add("peenCompliance", "(", new OneOperator3_<long, Index, double, string *>(peenCompliance));
-    Global.Add("peenZone", "(", new OneOperator3_<long, double, double, double>(peenZone));
+    Global.Add("peenZone", "(", new OneOperator4_<long, double, double, double, double>(peenZone));
     Global.Add("peenZoneForces", "(",
                new OneOperator8_<long, Vector, double, Vector, Vector, Table, Table, Vector, Vector>(peenZoneForces));
     Global.Add("peenBase", "(", new OneOperator1_<long, Vector>(peenBase));

@@ -35,6 +35,14 @@ COARSE = {  # .12 mm: 12 thousand unknowns, seconds an impact
 }
 
 
+
+
+def columns(spacing: float, even: int, outer: tuple[int, ...]) -> str:
+    """Grid lines: ``even`` cells on each side of 0, then wider ones."""
+    right = np.r_[spacing * np.arange(1, even + 1), even * spacing + spacing * np.cumsum(outer)]
+    return str(np.r_[-right[::-1], 0.0, right].tolist())
+
+
 def driver(folder: Path, loads: list[list[float]], **changes: str) -> Path:
     """reference_contact.edp with other parameters and impacts, in ``folder``."""
     text = REFERENCE[: REFERENCE.index("real[int, int] impactLoad")]
@@ -72,18 +80,22 @@ def test_patch_and_factor_on_a_mesh_with_transitions(share, tmp_path):
 
 
 def test_elastic_contact_against_hertz(tmp_path):
-    """A 4 mm sphere on a target that never yields, approach .011 mm: F = 4/3 E' R^.5 d^1.5, energy .4 F d, e = 1.
+    """A 40 mm sphere on a target that never yields: F = 4/3 E' R^.5 d^1.5, energy .4 F d, e = 1.
 
-    Contact radius .15 mm on a .07 mm grid, the block 2 mm wide: force 2 % off, penetration 3 % short.
+    Six grid spacings in the contact's radius, a block that ends nine of those radii off: at a clamped face the far
+    field F/(pi E' r) stops, 5 % of the approach at the sides and 8 % at the bottom; at a given energy the force then
+    grows by three fifths of that, the approach shrinks by as much.
     """
-    modulus, R, d = 73100 / (1 - 0.33**2), 2.0, 0.01125
+    modulus, R, a = 73100 / (1 - 0.33**2), 20.0, 0.42
+    d = a**2 / R
     force = 4 / 3 * modulus * R**0.5 * d**1.5
-    got = run(tmp_path, [[0.0, 0.0, 0.4 * force * d, R, 0.3]], law="[73100, 0.33, 1e6, 0, 1, 0, 0, 0, 0, 0, 0]",
-              slopeOverRadius=str(force / d / R))  # fmt: skip
-    assert got["peak_force_N"][0] == pytest.approx(force, rel=0.03)
-    assert got["penetration_mm"][0] == pytest.approx(d, rel=0.04)
-    assert got["contact_radius_mm"][0] == pytest.approx((R * d) ** 0.5, abs=0.03)  # one node either way
-    assert got["restitution"][0] == pytest.approx(1.0, abs=0.03)
+    got = run(tmp_path, [[0.0, 0.0, 0.4 * force * d, R, 0.6]], law="[73100, 0.33, 1e6, 0, 1, 0, 0, 0, 0, 0, 0]",
+              slopeOverRadius=str(force / d / R), columnX=columns(0.07, 10, (3, 6, 14, 24)), contactBox="[-0.72, 0.72, -0.72, 0.72]",
+              layerThickness="[0.07, 0.1, 0.16, 0.3, 0.5, 0.8, 1.6]", layerKind="[0, 0, 1, 0, 1, 0, 0]", gapTolerance="5e-6")  # fmt: skip
+    assert 1.02 < got["peak_force_N"][0] / force < 1.08
+    assert 0.94 < got["penetration_mm"][0] / d < 0.98
+    assert got["contact_radius_mm"][0] == pytest.approx(a, abs=0.035)  # one node either way
+    assert got["restitution"][0] == pytest.approx(1.0, abs=0.02)
     assert abs(got["depth_mm"][0]) < 0.01 * d  # nothing is left
 
 

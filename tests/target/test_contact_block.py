@@ -30,7 +30,7 @@ COARSE = {  # .12 mm: 12 thousand unknowns, seconds an impact
     "layerThickness": "[0.06, 0.1, 0.17, 0.25, 0.6, 1.4]",
     "layerKind": "[0, 0, 1, 0, 0, 0]",
     "contactBox": "[-0.5, 0.5, -0.5, 0.5]",
-    "contactRim": "0.02",
+    "contactRim": "0.06",
     "loadSteps": "6",
 }
 

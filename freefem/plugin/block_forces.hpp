@@ -4,8 +4,8 @@
 // Element nodes: four vertices, then the mid-edge nodes of 01 02 03 12 13 23 (FreeFEM's order).  U, f: 3 node + component.
 // Point 4 e + g of element e has the barycentric coordinate .5854 of vertex g; its volume is a quarter of the element's.
 //   (25) H = sum_n u_n (x) grad N_n,   f_n = sum_points volume P grad N_n           on the undeformed mesh
-//   (26) mean dilatation, a share m of it:  sigma = dev sigma + [(1 - m) p + m K ln(theta)] 1,  p the point's own mean
-//        stress, theta the element's mean of det F
+//   (26) mean dilatation, a share m of it:  mean stress = K [(1 - m) ln(det F) + m ln(theta)],  theta the element's mean of
+//        det F; for m = 0 the mean stress is that of (23), which is the same but for the midpoint rule
 // With m = 0 the pressure of four points oscillates inside an element whose plastic flow keeps its volume: P2 has too
 // few displacements to keep it in each point.  With m = 1 one pressure an element leaves the surface's vertices, which
 // carry no contact, nearly free where all around flows: they sink by a third of the dimple.  m = .9 does neither.
@@ -67,7 +67,7 @@ inline void hooke(const Law &law, double share, const double *dH, double tr, dou
 // Returns the number of points that failed.
 inline int element(const Law &law, double share, const double (*x)[3], const double (*uOld)[3], const double (*u)[3],
                    const double *old, double *now, double (*f)[3], double (*rest)[3]) {
-    double g[4][3], dN[4][10][3], c[4][9], H[4][9], Hold[4][9], theta = 0, trace = 0;
+    double g[4][3], dN[4][10][3], c[4][9], H[4][9], Hold[4][9], J[4], theta = 0, trace = 0;
     const double volume = barycentric(x, g);
     int failed = 0;
     for (int q = 0; q < 4; ++q) {
@@ -77,9 +77,9 @@ inline int element(const Law &law, double share, const double (*x)[3], const dou
         failed += !updatePoint(law, Hold[q], H[q], old + STATE * q, now + STATE * q);
         double F[9];
         for (int i = 0; i < 9; ++i) F[i] = H[q][i] + (i % 4 == 0);
-        const double J = cofactors(F, c[q]);
-        failed += !(J > 0);
-        theta += 0.25 * J;
+        J[q] = cofactors(F, c[q]);
+        failed += !(J[q] > 0);
+        theta += 0.25 * J[q];
         for (int i = 0; i < 9; i += 4) trace += 0.25 * (H[q][i] - Hold[q][i]);
     }
     for (int n = 0; n < 10; ++n)
@@ -96,7 +96,7 @@ inline int element(const Law &law, double share, const double (*x)[3], const dou
     for (int q = 0; q < 4; ++q) {
         double *s = now + STATE * q, P[9];
         if (share > 0) {
-            const double shift = share * (law.K * std::log(theta) - (s[0] + s[1] + s[2]) / 3);
+            const double shift = law.K * ((1 - share) * std::log(J[q]) + share * std::log(theta)) - (s[0] + s[1] + s[2]) / 3;
             for (int i = 0; i < 3; ++i) s[i] += shift;
         }
         firstPiola(s, c[q], P);

@@ -180,7 +180,8 @@ long peenSolve(KN<double> *const &b, KN<double> *const &x) {
 
 // The compliance of the contact nodes (their scalar numbers, in an order that keeps neighbours together): every column
 // by a pair of solves, many at once.  `modulus` E: E C does not depend on E.  `file` keeps it ("" does not): it is read
-// when it holds as many nodes of a block as large, written otherwise.  Returns 1 when it was read.
+// when it is there, and one column of it solved again for proof.  Returns 1 when it was read, 0 when it was made, -1 when
+// the file is another block's.
 long peenCompliance(KN<long> *const &node, const double &modulus, string *const &file) {
     const Supernodal &L = elastic.factor;
     std::vector<long> &dof = elastic.contact;
@@ -196,10 +197,20 @@ long peenCompliance(KN<long> *const &node, const double &modulus, string *const 
             const bool read = std::fread(found, sizeof found, 1, f) == 1 && found[0] == head[0] && found[1] == head[1]
                               && std::fread(C.data(), sizeof(float), m * m, f) == m * m;
             std::fclose(f);
-            if (read) {
-                for (float &c : C) c /= float(modulus);
-                return 1;
+            if (!read) return -1;
+            const size_t probe = m / 2;
+            std::vector<float> y(L.n, 0.f);
+            y[L.place[dof[probe]]] = float(modulus);
+            L.down(y.data(), 1, nullptr);
+            L.up(y.data(), 1, nullptr);
+            double off = 0, size = 0;
+            for (size_t i = 0; i < m; ++i) {
+                const double own = y[L.place[dof[i]]];
+                off = std::max(off, std::fabs(own - C[probe * m + i])), size = std::max(size, std::fabs(own));
             }
+            if (!(off < 1e-3 * size)) return -1;
+            for (float &c : C) c /= float(modulus);
+            return 1;
         }
     const size_t wide = 96;
     std::vector<float> Y(wide * L.n);

@@ -16,14 +16,14 @@ from glue.errors import InputError
 
 # Thickness over a, from the top; True: under this layer the grid is twice as coarse.  The first is .026 mm of the
 # reference impact, whose stress turns within the top .03; the block ends 15 a below, and 7 a outside the even grid.
-_LAYERS = ((0.1145, False), (0.22, False), (0.374, True), (0.529, False), (0.617, False), (0.881, True),
+_LAYERS = ((0.1145, False), (0.22, False), (0.374, False), (0.529, True), (0.661, False), (0.969, True),
            (1.762, False), (3.524, False), (7.048, False))  # fmt: skip
 _OUTER = (3, 6, 14)  # widths of the columns outside the even grid, over its spacing
 _CONTACT_REACH = 1.5  # a: how far beyond the outermost impact the surface may be touched; 1.25 a by a second hit
 _STEP = 2 ** sum(coarser for _, coarser in _LAYERS)
 
-# Measured at 42 and 123 thousand unknowns: 20 and 94 million entries of the factor, .45 and 1.6 GB at most.
-_ENTRIES, _POWER, _BYTES = 19.6e6 / 41.8e3**1.37, 1.37, 18.0
+# Measured at 49 and 123 thousand unknowns: 27 and 94 million entries of the factor, .50 and 1.54 GB at most.
+_ENTRIES, _POWER, _BYTES = 27e6 / 49.2e3**1.37, 1.37, 18.0
 
 
 @dataclass(frozen=True)

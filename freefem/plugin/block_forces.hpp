@@ -6,6 +6,7 @@
 //   (25) H = sum_n u_n (x) grad N_n,   f_n = sum_points volume P grad N_n           on the undeformed mesh
 //   (26) mean dilatation, a share m of it:  mean stress = K [(1 - m) ln(det F) + m ln(theta)],  theta the element's mean of
 //        det F; for m = 0 the mean stress is that of (23), which is the same but for the midpoint rule
+//   small strain: ln(det F) becomes tr H, P = sigma
 // With m = 0 the pressure of four points oscillates inside an element whose plastic flow keeps its volume: P2 has too
 // few displacements to keep it in each point.  With m = 1 one pressure an element leaves the surface's vertices, which
 // carry no contact, nearly free where all around flows: they sink by a third of the dimple.  m = .9 does neither.
@@ -65,7 +66,7 @@ inline void hooke(const Law &law, double share, const double *dH, double tr, dou
 // does not know of the change since the old state:
 //   (27) q = f(u) - f(u_old) - K_e (u - u_old)
 // Returns the number of points that failed.
-inline int element(const Law &law, double share, const double (*x)[3], const double (*uOld)[3], const double (*u)[3],
+inline int element(const Law &law, double share, bool finite, const double (*x)[3], const double (*uOld)[3], const double (*u)[3],
                    const double *old, double *now, double (*f)[3], double (*rest)[3]) {
     double g[4][3], dN[4][10][3], c[4][9], H[4][9], Hold[4][9], J[4], theta = 0, trace = 0;
     const double volume = barycentric(x, g);
@@ -74,10 +75,11 @@ inline int element(const Law &law, double share, const double (*x)[3], const dou
         shapeGradients(g, q, dN[q]);
         gather(dN[q], uOld, Hold[q]);
         gather(dN[q], u, H[q]);
-        failed += !updatePoint(law, Hold[q], H[q], old + STATE * q, now + STATE * q);
+        failed += !updatePoint(law, finite, Hold[q], H[q], old + STATE * q, now + STATE * q);
         double F[9];
-        for (int i = 0; i < 9; ++i) F[i] = H[q][i] + (i % 4 == 0);
-        J[q] = cofactors(F, c[q]);
+        for (int i = 0; i < 9; ++i) F[i] = (finite ? H[q][i] : 0) + (i % 4 == 0);
+        J[q] = finite ? cofactors(F, c[q]) : 1 + H[q][0] + H[q][4] + H[q][8];
+        if (!finite) cofactors(F, c[q]);
         failed += !(J[q] > 0);
         theta += 0.25 * J[q];
         for (int i = 0; i < 9; i += 4) trace += 0.25 * (H[q][i] - Hold[q][i]);
@@ -96,14 +98,15 @@ inline int element(const Law &law, double share, const double (*x)[3], const dou
     for (int q = 0; q < 4; ++q) {
         double *s = now + STATE * q, P[9];
         if (share > 0) {
-            const double shift = law.K * ((1 - share) * std::log(J[q]) + share * std::log(theta)) - (s[0] + s[1] + s[2]) / 3;
+            const double own = finite ? std::log(J[q]) : J[q] - 1, mean = finite ? std::log(theta) : theta - 1;
+            const double shift = law.K * ((1 - share) * own + share * mean) - (s[0] + s[1] + s[2]) / 3;
             for (int i = 0; i < 3; ++i) s[i] += shift;
         }
         firstPiola(s, c[q], P);
         scatter(q, P, f);
         if (!rest) continue;
         double F[9], cOld[9], before[9], linear[9], d[9];
-        for (int i = 0; i < 9; ++i) F[i] = Hold[q][i] + (i % 4 == 0), d[i] = H[q][i] - Hold[q][i];
+        for (int i = 0; i < 9; ++i) F[i] = (finite ? Hold[q][i] : 0) + (i % 4 == 0), d[i] = H[q][i] - Hold[q][i];
         cofactors(F, cOld);
         firstPiola(old + STATE * q, cOld, before);
         hooke(law, share, d, trace, linear);

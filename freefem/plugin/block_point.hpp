@@ -6,6 +6,7 @@
 //   (22) psi = half the axial vector of skew h,  Q = 1 + 2 (psi x + psi x psi x) / (1 + |psi|^2)      Cayley: a rotation
 //   (23) stress and backstresses turned, t -> Q t Q^T;  trial stress = turned stress + C : de, then (8)-(11)
 //   (24) P = sigma cof F,  cof F = det F F^-T                                     first Piola stress: the pull-back
+// At small strain h = H - H_old, nothing turns, and P = sigma.
 // A rigid rotation in one step turns the state and does no more: h of it is skew, and Q is that very rotation.
 #ifndef PEEN_BLOCK_POINT_HPP
 #define PEEN_BLOCK_POINT_HPP
@@ -39,26 +40,29 @@ inline void turn(const double *Q, double *t) {
 }
 
 // (21)-(23): `now` from `old`, both STATE long.  False: the point turned inside out, or the mapping found no root.
-inline bool updatePoint(const Law &law, const double *Hold, const double *H, const double *old, double *now) {
+inline bool updatePoint(const Law &law, bool finite, const double *Hold, const double *H, const double *old, double *now) {
     double d[9], middle[9], c[9], h[9], from[STATE];
     for (int i = 0; i < 9; ++i) {
         d[i] = H[i] - Hold[i];
         middle[i] = 0.5 * (H[i] + Hold[i]) + (i % 4 == 0);
     }
-    const double det = cofactors(middle, c);
-    if (!(det > 0)) return false;
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j)
-            h[3 * i + j] = (d[3 * i] * c[3 * j] + d[3 * i + 1] * c[3 * j + 1] + d[3 * i + 2] * c[3 * j + 2]) / det;
-    const double x = 0.25 * (h[7] - h[5]), y = 0.25 * (h[2] - h[6]), z = 0.25 * (h[3] - h[1]);
-    const double f = 2 / (1 + x * x + y * y + z * z);
-    const double Q[9] = {1 - f * (y * y + z * z), f * (x * y - z), f * (x * z + y),
-                         f * (x * y + z), 1 - f * (x * x + z * z), f * (y * z - x),
-                         f * (x * z - y), f * (y * z + x), 1 - f * (x * x + y * y)};
     for (int i = 0; i < STATE; ++i) from[i] = old[i];
-    turn(Q, from);
-    for (int k = 0; k < 2; ++k)
-        if (law.X[k] != 0) turn(Q, from + 7 + 6 * k);
+    if (finite) {
+        const double det = cofactors(middle, c);
+        if (!(det > 0)) return false;
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j)
+                h[3 * i + j] = (d[3 * i] * c[3 * j] + d[3 * i + 1] * c[3 * j + 1] + d[3 * i + 2] * c[3 * j + 2]) / det;
+        const double x = 0.25 * (h[7] - h[5]), y = 0.25 * (h[2] - h[6]), z = 0.25 * (h[3] - h[1]);
+        const double f = 2 / (1 + x * x + y * y + z * z);
+        const double Q[9] = {1 - f * (y * y + z * z), f * (x * y - z), f * (x * z + y),
+                             f * (x * y + z), 1 - f * (x * x + z * z), f * (y * z - x),
+                             f * (x * z - y), f * (y * z + x), 1 - f * (x * x + y * y)};
+        turn(Q, from);
+        for (int k = 0; k < 2; ++k)
+            if (law.X[k] != 0) turn(Q, from + 7 + 6 * k);
+    } else
+        for (int i = 0; i < 9; ++i) h[i] = d[i];
     for (int i = 0; i < STATE; ++i) now[i] = from[i];
     const double volume = (law.K - 2 * law.G / 3) * (h[0] + h[4] + h[8]);
     for (int i = 0; i < 3; ++i) now[i] += 2 * law.G * h[4 * i] + volume;

@@ -22,6 +22,7 @@ struct Elastic {
 };
 struct Mesh {
     long unknowns = 0;
+    bool finite = true;         // strain
     std::vector<int> node;      // ten an element
     std::vector<double> corner; // twelve an element
 };
@@ -36,17 +37,18 @@ Anderson anderson;
 const long CHECKPOINT = 0x7065656e0001; // first number of the file: its format
 
 // The mesh of all that follows: nodes (10 x elements), corners (12 x elements: x, y, z of an element's four), place
-// (3 x nodes), period: of a cell that repeats along x and y, 0 for none.  Fills points (4 x 4 elements): x, y, z and
+// (3 x nodes), period: of a cell that repeats along x and y, 0 for none, finite: strain (0: small).  Fills points (4 x 4 elements): x, y, z and
 // volume of the Gauss points.  Stops when a node is not where a straight P2 element has it or an element is inside out:
 // the mesh is then not what these kernels think it is.
 long peenMesh(KNM<long> *const &nodes, KNM<double> *const &corners, KNM<double> *const &place, const double &period,
-              KNM<double> *const &points) {
+              const long &finite, KNM<double> *const &points) {
     const long elements = nodes->M();
     ffassert(nodes->N() == 10 && corners->N() == 12 && corners->M() == elements);
     ffassert(place->N() == 3 && points->N() == 4 && points->M() == 4 * elements);
     mesh.node.resize(10 * elements);
     mesh.corner.resize(12 * elements);
     mesh.unknowns = 3 * place->M();
+    mesh.finite = finite != 0;
     for (long e = 0; e < elements; ++e) {
         double x[10][3], g[4][3];
         for (int n = 0; n < 4; ++n)
@@ -82,7 +84,7 @@ long addElement(const Law &law, double share, long e, const KN<double> &Uold, co
     double uo[10][3], u[10][3], force[10][3], rest[10][3];
     for (int n = 0; n < 10; ++n)
         for (int i = 0; i < 3; ++i) uo[n][i] = Uold[3 * node[n] + i], u[n][i] = U[3 * node[n] + i];
-    const long failed = block::element(law, share, reinterpret_cast<const double(*)[3]>(&mesh.corner[12 * e]), uo, u,
+    const long failed = block::element(law, share, mesh.finite, reinterpret_cast<const double(*)[3]>(&mesh.corner[12 * e]), uo, u,
                                        &stateOld(0L, 4 * e), &stateNew(0L, 4 * e), force, q ? rest : nullptr);
     for (int n = 0; n < 10; ++n)
         for (int i = 0; i < 3; ++i) {
@@ -238,6 +240,42 @@ long peenCompliance(KN<long> *const &node, const double &modulus, string *const 
     return 0;
 }
 
+// Gap and normal (out of the sphere, 3 x candidates) of each candidate, their first unknowns in `dof`, at U.
+//   sphere: x, y, z of its centre, radius, period, then the edges x0, x1, y0, y1 of where contact is believed
+// Small strain: straight down on the undeformed surface, as the forces then are on the undeformed block.
+// Fills found: largest distance of a node in contact from the sphere's axis, vertical force, distance to the edges.
+long peenTouch(KN<double> *const &sphere, KNM<double> *const &place, KN<double> *const &U, KN<long> *const &dof,
+               KN<double> *const &lambda, KNM<double> *const &normal, KN<double> *const &gap, KN<double> *const &found) {
+    const KN<double> &s = *sphere;
+    const double R = s[3], period = s[4];
+    ffassert(s.N() == 9 && found->N() == 3 && gap->N() == dof->N() && normal->M() == dof->N());
+    double far = 0, force = 0, edge = 1e30;
+    for (long k = 0; k < dof->N(); ++k) {
+        const long i = (*dof)[k] / 3;
+        double p[3];
+        for (long c = 0; c < 3; ++c) {
+            p[c] = (*place)(c, i) - s[c];
+            if (mesh.finite || c == 2) p[c] += (*U)[3 * i + c];
+            if (period > 0 && c < 2) p[c] -= period * std::round(p[c] / period);
+        }
+        const double across = p[0] * p[0] + p[1] * p[1], length = std::sqrt(across + p[2] * p[2]);
+        if (mesh.finite) {
+            (*gap)[k] = length - R;
+            for (long c = 0; c < 3; ++c) (*normal)(c, k) = p[c] / length;
+        } else {
+            (*gap)[k] = -std::sqrt(std::max(R * R - across, 0.02 * R * R)) - p[2];
+            (*normal)(0L, k) = (*normal)(1L, k) = 0, (*normal)(2L, k) = -1;
+        }
+        force -= (*lambda)[k] * (*normal)(2L, k);
+        if (!((*lambda)[k] > 0)) continue;
+        far = std::max(far, std::sqrt(across));
+        const double x = (*place)(0L, i), y = (*place)(1L, i);
+        edge = std::min(edge, std::min(std::min(x - s[5], s[6] - x), std::min(y - s[7], s[8] - y)));
+    }
+    (*found)[0] = far, (*found)[1] = force, (*found)[2] = edge;
+    return 0;
+}
+
 // One correction of equilibrium and contact, from a whole state f_b = f(U_b) given to peenBase:
 //   (30) z = -K^-1 (f_b + q - N lambda);   A lambda' >= A lambda - gap - N^T (U_b + z - U)  (28);
 //        step = z + K^-1 N (lambda' - lambda)                                           and the next U is U_b + step
@@ -374,7 +412,7 @@ void init() {
     typedef KN<double> *Vector;
     typedef KN<long> *Index;
     typedef KNM<double> *Table;
-    Global.Add("peenMesh", "(", new OneOperator5_<long, KNM<long> *, Table, Table, double, Table>(peenMesh));
+    Global.Add("peenMesh", "(", new OneOperator6_<long, KNM<long> *, Table, Table, double, long, Table>(peenMesh));
     Global.Add("peenBlock", "(", new OneOperator7_<long, Vector, double, Vector, Vector, Table, Table, Vector>(peenBlock));
     Global.Add("peenFactor", "(", new OneOperator4_<long, Index, Index, Vector, Vector>(peenFactor));
     Global.Add("peenSolve", "(", new OneOperator2_<long, Vector, Vector>(peenSolve));
@@ -383,6 +421,7 @@ void init() {
     Global.Add("peenZoneForces", "(",
                new OneOperator8_<long, Vector, double, Vector, Vector, Table, Table, Vector, Vector>(peenZoneForces));
     Global.Add("peenBase", "(", new OneOperator1_<long, Vector>(peenBase));
+    Global.Add("peenTouch", "(", new OneOperator8_<long, Vector, Table, Vector, Index, Vector, Table, Vector, Vector>(peenTouch));
     Global.Add("peenPress", "(", new OneOperator7_<long, Vector, Vector, Index, Table, Vector, Vector, Vector>(peenPress));
     Global.Add("peenSpread", "(", new OneOperator1_<long, Vector>(peenSpread));
     Global.Add("peenWrite", "(", new OneOperator5_<long, string *, Vector, Vector, Table, Table>(peenWrite));

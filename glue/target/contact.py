@@ -23,7 +23,7 @@ from glue.target.block import Block, available_GB, make_block, refuse_too_large
 from glue.target.cache import cache_root, content_key
 from glue.target.dimple import Dimple
 from glue.target.driver import LAW_COMMENT, Parameter, law_table, write_driver
-from glue.target.patch import Patch, choose_patch
+from glue.target.patch import Patch, choose_patch, contact_radii_m
 from glue.target.progress import relay
 from glue.target.tables import read_table
 
@@ -135,16 +135,6 @@ def solve_contact(
     check(result, workdir / "freefem.log")
     (workdir / "checkpoint").unlink(missing_ok=True)
     return result
-
-
-def contact_radii_m(patch: Patch, dimple: Dimple) -> np.ndarray:
-    """Expected dimple radius [m] of each impact of ``patch``, (n,).
-
-    Full plasticity at one pressure: energy = pressure pi a^4 / (4 R), so a goes as (energy R)^(1/4).
-    """
-    mass = dimple.density_kg_m3 * np.pi / 6.0 * dimple.diameter_m**3
-    nominal = 0.5 * mass * dimple.speed_m_s**2 * 0.5 * dimple.diameter_m
-    return dimple.radius_m * (patch.energy_J * patch.radius_m / nominal) ** 0.25
 
 
 def _shared_compliance(block: Block, numerics: ContactNumerics, nu: float) -> Path:

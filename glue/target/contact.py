@@ -4,6 +4,9 @@ The most exact of the target models: runs ``freefem/contact.edp``.  The impacts 
 margin included, strike the middle of a large block; stresses and heights are taken over the inner square, where no
 impact that matters is missing.  Where impacts overlap, plain power-law hardening never levels off, so the material's
 bounded combined law is used, its backstresses turned with the material.
+
+Limit, measured: with that law thirteen impacts on 1 mm2 (two hits per point) strain the top 26 um by 1.2 on average; the
+iterations of an impact, on the stiffness of the undeformed block, then grow from 100 to 500, and the next does not converge.
 """
 
 from __future__ import annotations

@@ -5,8 +5,9 @@ ACCURACY ?=
 # Debian's interpreter, not whatever `python3` the shell finds first: the wheels and YADE's Python are then one version.
 PYTHON   ?= /usr/bin/python3
 
-# g++, libfreefem++-dev: ff-c++ for the kernels. libegl1, libgl1, libxrender1: pyvista draws off-screen and aborts without.
-PACKAGES := yade freefem++ libfreefem++ libfreefem++-dev g++ python3-venv libegl1 libgl1 libxrender1
+# g++, libfreefem++-dev: ff-c++ for the kernels. libsuitesparse-dev: CHOLMOD, the contact model's one factorisation;
+# libopenblas-dev: its dense blocks, ten times slower with Debian's reference BLAS. libegl1, libgl1, libxrender1: pyvista draws off-screen and aborts without.
+PACKAGES := yade freefem++ libfreefem++ libfreefem++-dev g++ libsuitesparse-dev libopenblas-dev python3-venv libegl1 libgl1 libxrender1
 BIN      := .venv/bin
 YADE_CHECKS := $(filter-out rows,$(basename $(notdir $(wildcard yade_scripts/checks/*.py))))
 STAMP    := .venv/.ready

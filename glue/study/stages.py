@@ -95,7 +95,7 @@ _STAGES = ("glue/study/stages.py", "glue/study/unpeened.py", *_WINDOW)
 _TABLE = ("glue/target/dimple.py", "glue/target/speeds.py")
 _KERNELS = ("freefem/lib/law_script.idp", "freefem/plugin/*")
 _AXISYM = ("freefem/single_impact.edp", "freefem/lib/*axisym*.idp")
-_CELL = ("cell.edp", "lib/anderson.idp", "lib/contact_lcp.idp", "lib/output_cell.idp", "lib/points_small*.idp")
+_CELL = ("cell*.edp", "lib/anderson.idp", "lib/contact_lcp.idp", "lib/*_block.idp", "lib/output_cell*.idp", "lib/points_small*.idp")
 STAGES = (
     Stage(
         "dimple",

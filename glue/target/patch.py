@@ -77,3 +77,13 @@ def choose_patch(impacts: np.ndarray, dimple, window_m: tuple[float, float], sid
         neglected_impacts=int(left_out.sum()),
         neglected_energy_share=float(energy[left_out].sum() / total) if total > 0 else 0.0,
     )  # fmt: skip
+
+
+def contact_radii_m(patch: Patch, dimple) -> np.ndarray:
+    """Expected dimple radius [m] of each impact of ``patch``, (n,).
+
+    Full plasticity at one pressure: energy = pressure pi a^4 / (4 R), so a goes as (energy R)^(1/4).
+    """
+    mass = dimple.density_kg_m3 * math.pi / 6.0 * dimple.diameter_m**3
+    nominal = 0.5 * mass * dimple.speed_m_s**2 * 0.5 * dimple.diameter_m
+    return dimple.radius_m * (patch.energy_J * patch.radius_m / nominal) ** 0.25

@@ -1,0 +1,192 @@
+// The script's side of the one factorisation: solves, the compliance of the contact nodes, and one correction of
+// equilibrium and contact, (30).  Included by peen_block.cpp alone.
+#ifndef PEEN_BLOCK_PRESS_HPP
+#define PEEN_BLOCK_PRESS_HPP
+
+#include "AFunction_ext.hpp"
+#include "contact_set.hpp"
+#include "supernodal.hpp"
+
+#include <cstdio>
+
+namespace {
+
+struct Elastic {
+    Supernodal factor;
+    std::vector<long> contact;     // unknowns of the contact nodes: 3 candidate + component
+    std::vector<float> compliance; // of these, square
+    std::vector<float> base, y;    // L^-1 of the right-hand sides of peenBase and of the last peenPress
+};
+struct Zone {
+    std::vector<long> element, unknown, skin; // skin: unknowns of nodes that elements outside share
+    std::vector<char> on;                     // supernodes of its unknowns and their ancestors
+};
+Elastic elastic; // one block a run
+Zone zone;
+
+// The one factorisation: K by its triplets (both triangles or the lower one), unknowns with fixed > 0 taken out.
+// Returns the number of entries of the factor, or -1: K is not positive definite.
+long peenFactor(KN<long> *const &row, KN<long> *const &col, KN<double> *const &value, KN<double> *const &fixed) {
+    ffassert(row->N() == value->N() && col->N() == value->N());
+    elastic = Elastic();
+    if (!elastic.factor.factorise(int(fixed->N()), value->N(), &(*row)[0], &(*col)[0], &(*value)[0], &(*fixed)[0]))
+        return -1;
+    return long(elastic.factor.entries());
+}
+
+// x = K^-1 b.
+long peenSolve(KN<double> *const &b, KN<double> *const &x) {
+    const Supernodal &L = elastic.factor;
+    ffassert(b->N() == L.n && x->N() == L.n);
+    std::vector<float> y(L.n);
+    for (int i = 0; i < L.n; ++i) y[L.place[i]] = float((*b)[i]);
+    L.down(y.data(), 1, nullptr);
+    L.up(y.data(), 1, nullptr);
+    for (int i = 0; i < L.n; ++i) (*x)[i] = y[L.place[i]];
+    return 0;
+}
+
+// The compliance of the contact nodes (their scalar numbers, in an order that keeps neighbours together): every column
+// by a pair of solves, many at once.  `modulus` E: E C does not depend on E.  `file` keeps it ("" does not): it is read
+// when it is there, and one column of it solved again for proof.  Returns 1 when it was read, 0 when it was made, -1 when
+// the file is another block's.
+long peenCompliance(KN<long> *const &node, const double &modulus, string *const &file) {
+    const Supernodal &L = elastic.factor;
+    std::vector<long> &dof = elastic.contact;
+    dof.clear();
+    for (long i = 0; i < node->N(); ++i)
+        for (int c = 0; c < 3; ++c) dof.push_back(3 * (*node)[i] + c);
+    const size_t m = dof.size();
+    std::vector<float> &C = elastic.compliance;
+    C.assign(m * m, 0);
+    long head[2] = {L.n, long(m)}, found[2] = {0, 0};
+    if (!file->empty())
+        if (FILE *f = std::fopen(file->c_str(), "rb")) {
+            const bool read = std::fread(found, sizeof found, 1, f) == 1 && found[0] == head[0] && found[1] == head[1]
+                              && std::fread(C.data(), sizeof(float), m * m, f) == m * m;
+            std::fclose(f);
+            if (!read) return -1;
+            const size_t probe = m / 2;
+            std::vector<float> y(L.n, 0.f);
+            y[L.place[dof[probe]]] = float(modulus);
+            L.down(y.data(), 1, nullptr);
+            L.up(y.data(), 1, nullptr);
+            double off = 0, size = 0;
+            for (size_t i = 0; i < m; ++i) {
+                const double own = y[L.place[dof[i]]];
+                off = std::max(off, std::fabs(own - C[probe * m + i])), size = std::max(size, std::fabs(own));
+            }
+            if (!(off < 1e-3 * size)) return -1;
+            for (float &c : C) c /= float(modulus);
+            return 1;
+        }
+    const size_t wide = 96;
+    std::vector<float> Y(wide * L.n);
+    std::vector<char> below, wanted;
+    L.mark(dof.data(), m, wanted);
+    for (size_t from = 0; from < m; from += wide) {
+        const size_t columns = std::min(wide, m - from);
+        std::fill(Y.begin(), Y.end(), 0.f);
+        for (size_t c = 0; c < columns; ++c) Y[c * L.n + L.place[dof[from + c]]] = float(modulus);
+        L.mark(&dof[from], columns, below);
+        L.down(Y.data(), int(columns), &below);
+        L.up(Y.data(), int(columns), &wanted);
+        for (size_t c = 0; c < columns; ++c)
+            for (size_t i = 0; i < m; ++i) C[(from + c) * m + i] = Y[c * L.n + L.place[dof[i]]];
+    }
+    if (!file->empty()) {
+        const string part = *file + ".part";
+        FILE *f = std::fopen(part.c_str(), "wb");
+        ffassert(f);
+        const bool written = std::fwrite(head, sizeof head, 1, f) == 1 && std::fwrite(C.data(), sizeof(float), m * m, f) == m * m;
+        ffassert(std::fclose(f) == 0 && written);
+        ffassert(std::rename(part.c_str(), file->c_str()) == 0);
+    }
+    for (float &c : C) c /= float(modulus);
+    return 0;
+}
+
+// One correction of equilibrium and contact, from a whole state f_b = f(U_b) given to peenBase:
+//   (30) z = -K^-1 (f_b + q - N lambda);   A lambda' >= A lambda - gap - N^T (U_b + z - U)  (28);
+//        step = z + K^-1 N (lambda' - lambda)                                           and the next U is U_b + step
+// At its fixed point f_b + K (U - U_b) + q = N lambda and no gap is negative.
+//   q: rest (27) of the zone; which: candidates, numbers among the nodes of peenCompliance, all inside the zone;
+//   n (3 x candidates): normals out of the sphere; from: U - U_b
+// Solved in the factor's own order: down with the zone, up and down again with what belongs to the candidates, up with
+// the zone, where alone `step` is filled.  Returns the sweeps of the active set, or -1.
+long peenPress(KN<double> *const &q, KN<double> *const &from, KN<long> *const &which, KNM<double> *const &n,
+               KN<double> *const &gap, KN<double> *const &lambda, KN<double> *const &step) {
+    const Supernodal &L = elastic.factor;
+    const int m = int(which->N()), all = int(elastic.contact.size());
+    ffassert(q->N() == L.n && step->N() == L.n && from->N() == L.n && n->N() == 3 && n->M() == m && gap->N() == m && lambda->N() == m);
+    std::vector<long> dof(3 * m);
+    for (int i = 0; i < m; ++i)
+        for (int c = 0; c < 3; ++c) dof[3 * i + c] = elastic.contact[3 * (*which)[i] + c];
+    std::vector<char> on;
+    L.mark(dof.data(), 3 * m, on);
+
+    std::vector<float> part(L.n, 0.f);
+    for (long i : zone.unknown) part[L.place[i]] = float(-(*q)[i]);
+    for (int i = 0; i < m; ++i)
+        for (int c = 0; c < 3; ++c) part[L.place[dof[3 * i + c]]] += float((*lambda)[i] * (*n)(c, i));
+    L.down(part.data(), 1, &zone.on);
+    elastic.y = elastic.base;
+    for (int i = 0; i < L.n; ++i) elastic.y[i] += part[i];
+    part = elastic.y;
+    L.up(part.data(), 1, &on);
+
+    std::vector<double> A(size_t(m) * m), b(m), force(m);
+    for (int i = 0; i < m; ++i)
+        for (int j = 0; j <= i; ++j) {
+            const float *C = &elastic.compliance[size_t(3 * (*which)[i]) * all + 3 * (*which)[j]];
+            double sum = 0;
+            for (int c = 0; c < 3; ++c)
+                for (int d = 0; d < 3; ++d) sum += (*n)(c, i) * (*n)(d, j) * C[size_t(c) * all + d];
+            A[size_t(i) * m + j] = A[size_t(j) * m + i] = sum;
+        }
+    for (int i = 0; i < m; ++i) {
+        b[i] = -(*gap)[i];
+        for (int c = 0; c < 3; ++c) b[i] -= (*n)(c, i) * (part[L.place[dof[3 * i + c]]] - (*from)[dof[3 * i + c]]);
+        for (int j = 0; j < m; ++j) b[i] += A[size_t(i) * m + j] * (*lambda)[j];
+        force[i] = (*lambda)[i];
+    }
+    const int sweeps = contactSet(A, b, force);
+    if (sweeps < 0) return -1;
+
+    std::fill(part.begin(), part.end(), 0.f);
+    for (int i = 0; i < m; ++i) {
+        for (int c = 0; c < 3; ++c) part[L.place[dof[3 * i + c]]] = float((force[i] - (*lambda)[i]) * (*n)(c, i));
+        (*lambda)[i] = force[i];
+    }
+    L.down(part.data(), 1, &on);
+    for (int i = 0; i < L.n; ++i) elastic.y[i] += part[i];
+    part = elastic.y;
+    L.up(part.data(), 1, &zone.on);
+    *step = 0.;
+    for (long i : zone.unknown) (*step)[i] = part[L.place[i]];
+    return sweeps;
+}
+
+// f_b of (30).
+long peenBase(KN<double> *const &f) {
+    const Supernodal &L = elastic.factor;
+    ffassert(f->N() == L.n);
+    elastic.base.resize(L.n);
+    for (int i = 0; i < L.n; ++i) elastic.base[L.place[i]] = float(-(*f)[i]);
+    L.down(elastic.base.data(), 1, nullptr);
+    return 0;
+}
+
+// The step of the last peenPress in the whole block.
+long peenSpread(KN<double> *const &step) {
+    const Supernodal &L = elastic.factor;
+    ffassert(step->N() == L.n && long(elastic.y.size()) == L.n);
+    std::vector<float> x = elastic.y;
+    L.up(x.data(), 1, nullptr);
+    for (int i = 0; i < L.n; ++i) (*step)[i] = x[L.place[i]];
+    return 0;
+}
+
+} // namespace
+
+#endif

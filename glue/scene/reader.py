@@ -34,9 +34,12 @@ EXAMPLES = Path(__file__).resolve().parent / "examples"
 _AUTO = {
     "flow": Choice("auto", "auto: the cheapest flow model whose expected error the preset accepts"),
     "dimple": Choice("axisymmetric", "auto: the dimple model of this version, axisymmetric finite strain"),
-    "target": Choice(
-        "cell", "auto: the target model of this version, a periodic cell under the logged impacts"
-    ),
+    "target": Choice("auto", "auto: by the preset"),
+}
+_AUTO_TARGET = {
+    "fast": Choice("layers", "auto: preset fast takes the layer model, fed by one finite-element impact"),
+    "balanced": Choice("cell", "auto: a periodic cell under the logged impacts of one patch"),
+    "reference": Choice("cell", "auto: a periodic cell under the logged impacts of one patch, wider and finer"),
 }
 
 
@@ -64,6 +67,8 @@ def read_scene(path: Path | str, *, preset: str | None = None, content: bytes | 
     target_inertia, elastic_shot = read_target_inertia(top), read_elastic_shot(top)
     models = _read_models(top)
     accuracy = _read_accuracy(top, preset)
+    if models.target.model == "auto" and accuracy:
+        models = dataclasses.replace(models, target=_AUTO_TARGET[accuracy.preset])
 
     parts = (media, nozzles, target, restitution, air_drag, models, accuracy, exposure)
     for key_path, sentence in consistency.problems(*parts):

@@ -165,10 +165,9 @@ MODELS = {
     "flow": Word(("auto", "ballistic", "event", "dem"), "auto", "the cheapest that is accurate enough"),
     "dimple": Word(("auto", "axisymmetric"), "auto", _AUTO),
     "target": Word(
-        ("auto", "cell"),
+        ("auto", "layers", "cell", "contact"),
         "auto",
-        _AUTO,
-        {"layers": "the layer model from one impact", "contact": "every impact on a 3-D block"},
+        "the layer model at preset fast, else the periodic cell",
     ),
 }
 ACCURACY = {"preset": Word(tuple(PRESETS), DEFAULT_PRESET, "choice of this project")}

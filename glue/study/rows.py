@@ -22,6 +22,7 @@ ROWS = {
         ("tenth_depth_m", "down to a tenth of it at depth", 1e6, "µm", 0),
         ("compressive_depth_m", "turns to tension at depth", 1e6, "µm", 0),
         ("force_balance_relative", "force balance, ∫σdz / ∫|σ|dz", 1, "", 3),
+        ("moment_balance_relative", "moment balance, ∫σzdz / max|σ|h²", 1, "", 4),
     )),
     "roughness": ("Roughness", (
         ("Sa_m", "Sa", 1e6, "µm", 2),
@@ -58,7 +59,11 @@ ROWS = {
         ("neglected_energy_share", "energy of impacts too faint to solve", 100, "%", 2),
         ("nominal_depth_error", "single dimple on this mesh, depth error", 100, "%", 1),
         ("nominal_force_error", "single dimple on this mesh, force error", 100, "%", 1),
-        ("cell_Sa_m", "Sa of the cell's own surface", 1e6, "µm", 1),
+        ("Sa_m", "Sa of the model's own surface", 1e6, "µm", 1),
+        ("restitution_mean", "restitution, mean of the impacts solved", 1, "", 3),
+        ("restitution_flow_mean", "the same in the shot stream", 1, "", 3),
+        ("restitution_fresh", "restitution on fresh spots", 1, "", 3),
+        ("restitution_flow_fresh", "the same in the shot stream", 1, "", 3),
         ("dofs", "unknowns", 1, "", 0),
     )),
 }  # fmt: skip

@@ -48,6 +48,21 @@ def profile_metrics(depth_m, sigma_Pa) -> dict:
     return result
 
 
+def plate_balance(depth_m, sigma_Pa) -> tuple[float, float]:
+    """Force and moment of a stress profile over a plate's whole thickness h: integrals of sigma dz and sigma z dz.
+
+    Of the polygon through the points (depth_m (n,), from 0 to h), over max|sigma| h and max|sigma| h^2; 0 of a free plate.
+    """
+    z, sigma = np.asarray(depth_m, dtype=float), np.asarray(sigma_Pa, dtype=float)
+    _check(z, sigma)
+    h, most = z[-1] - z[0], np.abs(sigma).max()
+    if most == 0.0:
+        return 0.0, 0.0
+    step, a, b = np.diff(z), sigma[:-1], sigma[1:]
+    moment = np.sum(step / 6.0 * (a * (2 * z[:-1] + z[1:]) + b * (z[:-1] + 2 * z[1:])))  # exact for linear pieces
+    return float(_trapezoid(sigma, z) / (most * h)), float(moment / (most * h * h))
+
+
 def _check(z, sigma):
     problems = []
     if z.ndim != 1 or z.shape != sigma.shape or z.size < 2:

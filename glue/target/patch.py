@@ -28,6 +28,7 @@ class Patch(NamedTuple):
     window_exposure: float  # the same over the whole window
     neglected_impacts: int
     neglected_energy_share: float
+    index: np.ndarray = np.empty(0, dtype=int)  # (n,) rows of the log
 
 
 def normal_energy_J(impacts: np.ndarray) -> np.ndarray:
@@ -76,6 +77,7 @@ def choose_patch(impacts: np.ndarray, dimple, window_m: tuple[float, float], sid
         centre_m=(x0 + 0.5 * side_m, y0 + 0.5 * side_m), exposure=float(exposure), window_exposure=float(wanted),
         neglected_impacts=int(left_out.sum()),
         neglected_energy_share=float(energy[left_out].sum() / total) if total > 0 else 0.0,
+        index=np.flatnonzero(kept),
     )  # fmt: skip
 
 

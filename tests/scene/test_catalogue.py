@@ -187,8 +187,8 @@ def test_presets():
         "stamp_points_per_radius",
     )
     assert {name: tuple(getattr(p, f) for f in fields) for name, p in PRESETS.items()} == {
-        "fast": (1.0, 3, 4.0, 6, 3, 5e-3, 12.0, 12.0),
-        "balanced": (1.0, 6, 4.8, 8, 6, 2e-3, 20.0, 16.0),
-        "reference": (0.3, 12, 6.4, 10, 10, 1e-3, 40.0, 24.0),
+        "fast": (1.0, 3, 4.0, 6, 2, 2e-2, 12.0, 12.0),
+        "balanced": (1.0, 6, 4.8, 7, 3, 1e-2, 20.0, 16.0),
+        "reference": (0.3, 12, 6.4, 10, 6, 2e-3, 40.0, 24.0),
     }
     assert all(p.preset == name for name, p in PRESETS.items())

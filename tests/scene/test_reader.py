@@ -55,7 +55,7 @@ def test_the_shortest_scene_and_its_printed_defaults(write_scene):
         'elastic_shot = "none" (rigid shots in the dimple model: an absent block is not modelled)',
         'models.flow = "auto" (the cheapest that is accurate enough)',
         'models.dimple = "auto" (the models that this version has)',
-        'models.target = "auto" (the models that this version has)',
+        'models.target = "auto" (the layer model at preset fast, else the periodic cell)',
         'accuracy.preset = "balanced" (choice of this project)',
     )
 
@@ -141,10 +141,15 @@ def test_own_material_given_in_full(write_scene):
 
 
 @pytest.mark.parametrize("preset", PRESETS)
-def test_presets_change_numerics_only(preset, write_scene):
+def test_presets_change_numerics_and_the_target_left_to_auto_only(preset, write_scene):
     plain = read_scene(write_scene())
+    target = {"fast": "layers", "balanced": "cell", "reference": "cell"}[preset]
     by_file = read_scene(write_scene({"accuracy.preset": f'"{preset}"'}))
-    assert by_file == dataclasses.replace(plain, accuracy=PRESETS[preset])
+    assert by_file.models.target.model == target
+    models = dataclasses.replace(plain.models, target=by_file.models.target)
+    assert by_file == dataclasses.replace(plain, accuracy=PRESETS[preset], models=models)
+    asked = read_scene(write_scene({"accuracy.preset": f'"{preset}"', "models.target": '"contact"'}))
+    assert asked.models.target.model == "contact"
     assert read_scene(write_scene({"accuracy.preset": '"fast"'}), preset=preset) == by_file
     given = read_scene(write_scene({"accuracy": "{}"}), preset=preset)
     assert given == by_file

@@ -133,7 +133,7 @@ UNKNOWN = {
     ("accuracy.prest", '"fast"'): 'unknown key; did you mean "preset"? allowed: preset',
     ("accuracy.preset", '"Fast"'): 'unknown value "Fast"; did you mean "fast"? '
     'allowed "fast", "balanced", "reference"',
-    ("models.target", '"cel"'): 'unknown value "cel"; did you mean "cell"? allowed "auto", "cell"',
+    ("models.target", '"cel"'): 'unknown value "cel"; did you mean "cell"? allowed "auto", "layers", "cell", "contact"',
     ("shots.size", '"zzz"'): 'unknown value "zzz"; allowed "mono", "distribution", "sieve"',
     ("shots.grade", '"s39"'): 'no shot grade "s39" in the catalogue; did you mean "S390"? '
     f"allowed: {', '.join(shot_grades())}",
@@ -147,14 +147,6 @@ UNKNOWN = {
 NOT_BUILT = {
     ("coverage_percent", "98"): f"choosing the exposure by the coverage is {LATER} exposure_time_s "
     "(a run reports when 98 % is reached)",
-    (
-        "models.target",
-        '"layers"',
-    ): '"layers" (the layer model from one impact) is not built yet in this version; allowed "auto", "cell"',
-    (
-        "models.target",
-        '"contact"',
-    ): '"contact" (every impact on a 3-D block) is not built yet in this version; allowed "auto", "cell"',
 }
 
 CASES = OUT_OF_RANGE | WRONG_TYPE | RESTITUTION | UNKNOWN | NOT_BUILT

@@ -12,7 +12,7 @@ import pytest
 from glue.errors import InputError
 from glue.flow.impacts import COLUMNS
 from glue.scene.reader import example_path, read_scene
-from glue.study import coverage_stage, flow_stage, stages
+from glue.study import coverage_stage, flow_stage, stages, target_stage
 from glue.study.check import check
 from glue.study.check_text import check_text
 from glue.study.stage import Work
@@ -35,7 +35,7 @@ def work(tmp_path, monkeypatch):
             radius_for=lambda d, v, rho: np.full(np.shape(d), RADIUS),
             beyond_table=lambda d, v, rho: np.asarray(v) < 1.0,
         )  # fmt: skip
-        for module in (stages, coverage_stage, flow_stage):
+        for module in (stages, coverage_stage, flow_stage, target_stage):
             monkeypatch.setattr(module, "load_impacts", lambda path, scene: impacts, raising=False)
             monkeypatch.setattr(module, "load_dimple", lambda path: dimple)
         scene = read_scene(example_path("al2024-s390"))
@@ -99,7 +99,7 @@ def test_values_that_are_not_finite_become_null_with_a_reason():
 
 def test_a_target_that_nothing_strikes_is_null_with_reasons(work, tmp_path, monkeypatch):
     """Beside the window, and in its rim outside the cells: no solver is started, and the report goes on."""
-    monkeypatch.setattr(stages, "ready_kernels", lambda: pytest.fail("nothing to solve"))
+    monkeypatch.setattr(target_stage, "ready_kernels", lambda: pytest.fail("nothing to solve"))
     for rows in ([], [(0.5, 0.0021)], [(0.5, 0.0019)]):  # window 4 x 4 mm, one cell of 4.8 x .5 = 2.4 mm
         metrics, files = stages.target_stage(work(rows))
         assert files == [] and metrics["target"]["impacts"] == 0
@@ -123,8 +123,8 @@ def test_an_unpeened_target_reports_what_a_peened_one_does(work, monkeypatch):
         coverage_peeq_027=0.5, edge_threshold=0.1, balance_error=0.0, nominal_depth_error=0.0, nominal_force_error=0.0, dofs=9, wall_s=1.0,
         surface_z_m=np.zeros(4), floor_m=1e-3,
     )  # fmt: skip
-    monkeypatch.setattr(stages, "ready_kernels", lambda: None)
-    monkeypatch.setattr(stages, "solve_cell", lambda *args: cell)
+    monkeypatch.setattr(target_stage, "ready_kernels", lambda: None)
+    monkeypatch.setattr(target_stage, "solve_cell", lambda *args: cell)
     peened, files = stages.target_stage(work([(0.5, 0.0)]))
     unpeened, _ = stages.target_stage(work([]))
     assert files == ["stress_profile.csv", "target/driver.edp"]

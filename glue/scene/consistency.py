@@ -32,7 +32,7 @@ from glue.scene.model import (
     Shots,
     Target,
 )
-from glue.scene.presets import CELL_DEPTH_IN_RADII
+from glue.scene.presets import PEENED_DEPTH_IN_RADII
 from glue.scene.reach import inlet_clearance_problem
 from glue.scene.schema import MAX_RASTER_POINTS, MAX_SHOTS, MAX_VOLUME_FRACTION
 
@@ -265,11 +265,11 @@ def thickness_problems(
 ) -> Iterator[Problem]:
     """The plate must be thicker than the peened layer, or its release is no longer that of plate theory."""
     _, radius = dimple_radii_m(media, nozzles, material)
-    least = 2.0 * CELL_DEPTH_IN_RADII * radius
+    least = PEENED_DEPTH_IN_RADII * radius
     if thickness_m < least:
         yield (
             "target.thickness_m",
-            f"{show(thickness_m)} m is thinner than twice the target's cell of {show(CELL_DEPTH_IN_RADII)} dimple radii "
+            f"{show(thickness_m)} m is thinner than the peened layer of {show(PEENED_DEPTH_IN_RADII)} dimple radii "
             f"(about {show(radius)} m each, estimate); allowed from {show(least)} m up, or no thickness",
         )
 

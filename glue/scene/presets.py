@@ -6,6 +6,7 @@ from glue.scene.model import Accuracy
 
 DEFAULT_PRESET = "balanced"
 CELL_DEPTH_IN_RADII = 6.0  # of the target cell, every preset: plastic strain of full coverage ends near 4
+PEENED_DEPTH_IN_RADII = 3.0  # a part thinner than this ends inside the peened layer (the target stage looks closer)
 
 PRESETS: dict[str, Accuracy] = {
     accuracy.preset: accuracy

@@ -22,6 +22,7 @@ ROWS = {
         ("tenth_depth_m", "down to a tenth of it at depth", 1e6, "µm", 0),
         ("compressive_depth_m", "turns to tension at depth", 1e6, "µm", 0),
         ("force_balance_relative", "force balance, ∫σdz / ∫|σ|dz", 1, "", 3),
+        ("arc_height_m", "arc height, were it an Almen strip", 1e6, "µm", 1),
         ("moment_balance_relative", "moment balance, ∫σzdz / max|σ|h²", 1, "", 4),
     )),
     "roughness": ("Roughness", (

@@ -15,7 +15,7 @@ from glue.study.unpeened import impacts_to_solve, unpeened
 from glue.surface.stress import plate_balance, profile_metrics
 from glue.target.cell import solve_cell
 from glue.target.contact import solve_contact
-from glue.target.part import part_profile
+from glue.target.part import part_profile, strip_arc_height_m
 from glue.target.patch import Patch
 
 
@@ -40,12 +40,16 @@ def target_stage(work: Work) -> tuple[dict, list[str]]:
     write_columns(work.path / "stress_profile.csv", **profile)
     mean = 0.5 * (profile["sigma_xx_Pa"] + profile["sigma_yy_Pa"])
     stress = profile_metrics(profile["depth_m"], mean)
-    balances = ("force_balance_N_m", "force_balance_relative", "moment_balance_relative")
+    balances = ("force_balance_N_m", "force_balance_relative", "moment_balance_relative", "arc_height_m")
     if scene.target.thickness_m is None:
         reason = "a part too thick to stretch or bend: what balances the layer is spread over its whole depth"
         stress |= {key: None for key in balances} | {f"{key}_reason": reason for key in balances}
     else:
+        material = scene.target.material
         stress["moment_balance_relative"] = plate_balance(profile["depth_m"], mean)[1]
+        stress["arc_height_m"] = strip_arc_height_m(
+            solved.profile, scene.target.thickness_m, material.E_Pa, material.nu
+        )
     metrics = {"target": {"model": model} | solved.target, "residual_stress": stress, "coverage": solved.coverage}
     return {section: plain(values) for section, values in metrics.items()}, ["stress_profile.csv", *solved.files]
 

@@ -35,7 +35,7 @@ def unpeened(scene: Scene) -> dict:
         "target": {"model": model, "impacts": 0, "dofs": 0, "wall_s": 0.0} | unknown(*_PATCH, *_OWN[model]),
         "residual_stress": unknown(
             "surface_Pa", "max_compressive_Pa", "max_compressive_depth_m", "compressive_depth_m", "tenth_depth_m",
-            "force_balance_N_m", "force_balance_relative", "moment_balance_relative",
+            "force_balance_N_m", "force_balance_relative", "moment_balance_relative", "arc_height_m",
         ),
         "coverage": unknown(*(("peeq_final", "peeq_threshold", "peeq_027_final") if model == "cell" else ())),
     }  # fmt: skip

@@ -23,6 +23,24 @@ def released_stress(depth, constrained, thickness: float):
     return s - force / thickness - 12.0 * moment * (z - 0.5 * thickness) / thickness**3
 
 
+def curvature_1_m(depth, constrained, thickness: float, E_Pa: float, nu: float) -> float:
+    """Curvature [1/m] that a plate takes when it is let go; positive: bulging towards the peened side (depth 0).
+
+    kappa = 12 M (1 - nu)/(E h^3), M = int s (z - h/2) dz of the clamped stress, positive for compression on top; of an eigenstrain eps down to d it is
+    6 eps d (h - d)/h^3.  Arguments as for ``released_stress``.
+    """
+    moment = force_and_moment(depth, constrained, 0.5 * thickness)[1]
+    return 12.0 * moment * (1.0 - nu) / (E_Pa * thickness**3)
+
+
+def arc_height_m(curvature: float) -> float:
+    """What an Almen gauge (SAE J442: four balls, 31.75 by 15.875 mm) reads over a strip of this curvature [1/m].
+
+    The dial stands in the middle of the rectangle, so both directions count: kappa (31.75^2 + 15.875^2)/8 mm.
+    """
+    return curvature * (31.75e-3**2 + 15.875e-3**2) / 8.0
+
+
 def force_and_moment(depth, stress, centre: float) -> tuple[float, float]:
     """int s dz and int s (z - centre) dz of the broken line through (depth, stress)."""
     z, s = np.asarray(depth, dtype=float), np.asarray(stress, dtype=float)

@@ -290,9 +290,9 @@ def test_a_thickness_is_read_and_its_absence_is_a_thick_part(write_scene):
     assert read_scene(write_scene({"target.thickness_m": "0.005"})).target.thickness_m == 0.005
 
 
-def test_a_plate_thinner_than_the_cell_is_refused(problems_of):
+def test_a_plate_thinner_than_the_peened_layer_is_refused(problems_of):
     (problem,) = problems_of({"target.thickness_m": "0.0005"})
     assert problem == (
-        "target.thickness_m: 0.0005 m is thinner than twice the target's cell of 6 dimple radii (about 0.000226778 m "
-        "each, estimate); allowed from 0.00272134 m up, or no thickness"
+        "target.thickness_m: 0.0005 m is thinner than the peened layer of 3 dimple radii (about 0.000226778 m "
+        "each, estimate); allowed from 0.000680335 m up, or no thickness"
     )

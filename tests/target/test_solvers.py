@@ -147,7 +147,7 @@ def test_full_coverage_against_another_code(nominal, tmp_path):
 
 
 def test_few_load_steps_against_many(nominal, tmp_path):
-    """Penetration of the nominal impact: the steps of balanced against four times as many, within 2 %."""
+    """Penetration of the nominal impact: the steps of balanced and of reference against many more, within 2 %."""
     scene = read_scene(example_path("al2024-s390"), preset="fast")
     side = scene.accuracy.cell_side_in_radii * nominal.radius_m
     penetration = {}
@@ -157,14 +157,13 @@ def test_few_load_steps_against_many(nominal, tmp_path):
         solve_cell(other, impacts([0.0], [0.0]), nominal, tmp_path / str(steps))
         penetration[steps] = read_table(tmp_path / str(steps) / "impacts_done.csv")["penetration_mm"][0]
     off = {steps: abs(penetration[steps] / penetration[24] - 1.0) for steps in (3, 6)}
-    assert off[6] < 0.02
-    assert off[6] < off[3] < 0.05
+    assert max(off.values()) < 0.02
 
 
 def test_a_cell_that_cannot_converge_is_refused(scene, nominal, tmp_path, monkeypatch):
     monkeypatch.setattr("glue.target.cell._MAX_ITERATIONS", 2)
     scene = replace(scene, target=replace(scene.target, window_m=(1e-3, 1e-3)))
-    with pytest.raises(NotConverged, match="does not converge") as caught:
+    with pytest.raises(NotConverged, match="no equilibrium|does not converge") as caught:
         solve_cell(scene, impacts([0.0], [0.0]), nominal, tmp_path / "c")
     assert caught.value.exit_code == 4
     assert "freefem.log" in str(caught.value)

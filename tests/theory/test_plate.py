@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from glue.theory.plate import force_and_moment, released_stress
+from glue.theory.plate import arc_height_m, curvature_1_m, force_and_moment, released_stress
 
 
 def layer(h, d, stress, edge=1e-9):
@@ -18,6 +18,15 @@ def test_the_almen_strip_of_the_reference():
     z, s = layer(1.29e-3, 0.2e-3, -205e9 / 0.71 * 2e-3, 1e-12)
     freed = released_stress(z, s, 1.29e-3)
     assert freed[[0, -1]] == pytest.approx([-261.0e6, -137.4e6], abs=0.05e6)
+
+
+@pytest.mark.parametrize(("strain", "curvature", "arc"), [(1e-3, 0.60931, 0.09597e-3), (2e-3, 1.21862, 0.19194e-3)])
+def test_curvature_and_arc_height_of_an_almen_strip(strain, curvature, arc):
+    """h 1.29, d .2 mm: 6 eps d (h - d)/h^3, and the gauge's reading; E and nu drop out."""
+    z, s = layer(1.29e-3, 0.2e-3, -205e9 / 0.71 * strain, 1e-12)
+    found = curvature_1_m(z, s, 1.29e-3, 205e9, 0.29)
+    assert found == pytest.approx(curvature, rel=1e-5)
+    assert arc_height_m(found) == pytest.approx(arc, rel=1e-4)
 
 
 def test_no_force_and_no_moment_are_left():

@@ -16,7 +16,7 @@ SUDO     := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 export OMP_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-oblique fit-collisions readme
+.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-target bench-oblique fit-collisions readme
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -69,6 +69,9 @@ fit-collisions: plugin ## collisions per shot: fit them to event-driven runs aga
 	@mkdir -p build/bench
 	$(BIN)/python tests/benchmarks/collision_fit.py --json build/bench/collision_fit.json
 
+bench-target: plugin ## contact block, periodic cell, layers and stamp against each other; cost, saving, laws (half an hour) [TARGET=--only NAME]
+	$(BIN)/python tests/benchmarks/bench_target.py $(TARGET)
+
 bench-oblique: plugin ## oblique impacts in three dimensions against the rule for their dimples (10 minutes)
 	@mkdir -p build/bench
 	$(BIN)/python tests/benchmarks/oblique.py --json build/bench/oblique.json
@@ -81,4 +84,5 @@ $(README_RUNS): build/readme/%: plugin
 readme: checks $(README_RUNS) ## measure again what README.md shows: the default run at three presets, checks, benchmarks (an hour)
 	-$(MAKE) bench-flow
 	-$(MAKE) bench-dimple
+	-$(MAKE) bench-target
 	$(BIN)/python -m glue.report.readme $(README_RUNS)

@@ -21,7 +21,7 @@ from glue.study.manifest import read_manifest
 from glue.study.rundir import METRICS, STAGE_ORDER
 from glue.study.summary import summary
 
-BENCHMARKS = ("flow", "dimple")
+BENCHMARKS = ("flow", "dimple", "target")
 FIGURES = ("impact_map", "coverage", "residual_stress", "height_map", "dimple")
 
 # (label, section, key, factor, digits) of the table of presets

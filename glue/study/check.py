@@ -19,13 +19,14 @@ from glue.flow.regime import (
     resolve_physics,
 )
 from glue.scene.consistency import estimated_dimple_radius_m, mixture_volume_fraction
-from glue.scene.model import Accuracy, Scene
+from glue.scene.model import Scene
 from glue.study.coverage_stage import refuse_window
 from glue.study.dimple_stage import other_speeds, refuse_dimple, scene_physics
 from glue.study.exposure import expected_hits, mean_square_diameter_m2
 from glue.study.flow_stage import refuse_flow, restitution_estimate
 from glue.study.pipeline import choices, default_out
 from glue.study.reference import reference_impact
+from glue.target.contact import ContactNumerics
 
 # YADE, which crosses free flight in one step: seconds per contact at dt = 1 P and to start (24 500 shots with
 # 7500 collisions: 14 s).
@@ -33,8 +34,9 @@ _CONTACT_S, _START_S = 4e-4, 1.5
 # Event-driven: seconds per contact (reference scene: 71 000 events a peening second in .16 s) and to load what was
 # compiled; the first run on a machine compiles for some 20 s.
 _EVENT_S, _LOAD_S = 5e-6, 1.0
-# The target's cell: seconds per impact, unknown and load step (41 impacts, 14 592 unknowns, 3 steps: 54 s).
-_CELL_S = 54.0 / (41 * 14592 * 3)
+# The target: seconds per impact, unknown and load step of the cell (28 impacts, 9996 unknowns, 3 steps: 12 s), per impact
+# of the block, and of the one impact that the layers take beside the dimple's.
+_CELL_S, _BLOCK_S, _LAYERS_S = 12.0 / (28 * 9996 * 3), 8.0, 3.0
 _FEW_IMPACTS = 5.0  # below, one impact more or less changes the target's exposure by a fifth and more
 
 
@@ -89,7 +91,7 @@ def check(scene: Scene, scene_file: Path | None = None) -> dict:
         "mean_hits_per_point_estimate": exposure,
         "coverage_estimate": float(hits.coverage([scene.exposure_time_s])[0]),
         "flow_cost_estimate_s": _flow_cost_s(scene, flow.model, e),
-        "target_cost_estimate_s": _target_cost_s(scene.accuracy, in_cell),
+        "target_cost_estimate_s": _target_cost_s(scene, in_cell),
         "warnings": [*flow.warnings, *_warnings(in_cell, per_pass)],
         "physics": {block: vars(choice) for block, choice in (physics.choices | impact.choices).items()},
         "dimple_speeds_m_s": sorted([*other_speeds(scene), nozzle.normal_speed_m_s]),
@@ -173,8 +175,13 @@ def _flow_cost_s(scene: Scene, model: str, restitution: float) -> float:
     return _START_S + _CONTACT_S / scene.accuracy.flow_dt_over_P * contacts
 
 
-def _target_cost_s(accuracy: Accuracy, impacts: float) -> float:
-    """Wall time [s] of the target's cell, to a factor of two; P2 elements, one layer more than per side."""
+def _target_cost_s(scene: Scene, impacts_in_cell: float) -> float:
+    """Wall time [s] of the target, to a factor of two; the cell has one layer of P2 elements more than per side."""
+    model, accuracy = scene.models.target.model, scene.accuracy
+    if model == "layers":
+        return _LAYERS_S
+    if model == "contact":
+        return _BLOCK_S * impacts_in_cell * (ContactNumerics.side_in_radii / accuracy.cell_side_in_radii) ** 2
     n = accuracy.cell_elements_per_side
     unknowns = 3 * (2 * n) ** 2 * (2 * (n + 1) + 1)
-    return _CELL_S * impacts * unknowns * accuracy.cell_load_steps
+    return _CELL_S * impacts_in_cell * unknowns * accuracy.cell_load_steps

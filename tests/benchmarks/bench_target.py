@@ -264,7 +264,7 @@ def laws(rows: Rows) -> None:
     exposures = [0.33, 1.2, 4.0, 8.0, 12.0, 20.0]
     levels = {}
     for name, law in LAWS.items():
-        results = cases.cell(WORK / "target" / f"law-{len(levels)}", 1, exposures, law=law, preset="fast")
+        results = cases.cell(WORK / "target" / f"law-{len(levels)}", 1, exposures, law=law)
         stress = [float(cases.at_depths(r, np.array([80e-6]))[0]) / 1e6 for r in results]
         levels[name] = stress
         grown = stress[-1] / stress[2] - 1.0

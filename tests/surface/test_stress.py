@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from glue.errors import InputError
-from glue.surface.stress import profile_metrics
+from glue.surface.stress import plate_balance, profile_metrics
 
 
 def parabola(z):
@@ -128,3 +128,11 @@ def test_a_deeper_minimum_between_the_rows_stays_the_largest():
     found = profile_metrics([1.0, 2.0, 3.0], [-10.0, -10.5, 0.0])
     assert found["surface_Pa"] == -9.5 > found["max_compressive_Pa"]
     assert found["max_compressive_depth_m"] > 1.0
+
+
+def test_force_and_moment_over_a_plate():
+    """Constant stress: 1 and 1/2; a triangle from 1 at the top to 0: 1/2 and 1/6; an unpeened plate: 0."""
+    z = np.linspace(0.0, 4e-3, 9)
+    assert plate_balance(z, np.full(9, -2e8)) == pytest.approx((-1.0, -0.5))
+    assert plate_balance(z, 2e8 * (1 - z / 4e-3)) == pytest.approx((0.5, 1 / 6))
+    assert plate_balance(z, np.zeros(9)) == (0.0, 0.0)

@@ -4,8 +4,9 @@
 // Element nodes: four vertices, then the mid-edge nodes of 01 02 03 12 13 23 (FreeFEM's order).  U, f: 3 node + component.
 // Point 4 e + g of element e has the barycentric coordinate .5854 of vertex g; its volume is a quarter of the element's.
 //   (25) H = sum_n u_n (x) grad N_n,   f_n = sum_points volume P grad N_n           on the undeformed mesh
-//   (26) mean dilatation, a share m of it:  mean stress = K [(1 - m) ln(det F) + m ln(theta)],  theta the element's mean of
-//        det F; for m = 0 the mean stress is that of (23), which is the same but for the midpoint rule
+//   (26) mean dilatation, a share m of it:  change of the mean stress = K change of [(1 - m) ln(det F) + m ln(theta)],
+//        theta the element's mean of det F; for m = 0 it is that of (23), which is the same but for the midpoint rule.
+//        By changes, because after a rezoning (block_rezone.hpp) F no longer tells what the material went through.
 //   small strain: ln(det F) becomes tr H, P = sigma
 // With m = 0 the pressure of four points oscillates inside an element whose plastic flow keeps its volume: P2 has too
 // few displacements to keep it in each point.  With m = 1 one pressure an element leaves the surface's vertices, which
@@ -35,16 +36,21 @@ inline double barycentric(const double (*x)[3], double (*g)[3]) {
     return det / 6;
 }
 
-// Gradients of the ten P2 functions at Gauss point q.
-inline void shapeGradients(const double (*g)[3], int q, double (*dN)[3]) {
-    double l[4] = {FAR, FAR, FAR, FAR};
-    l[q] = NEAR;
+// Gradients of the ten P2 functions at the barycentric coordinates l.
+inline void shapeGradients(const double (*g)[3], const double *l, double (*dN)[3]) {
     for (int n = 0; n < 4; ++n)
         for (int j = 0; j < 3; ++j) dN[n][j] = (4 * l[n] - 1) * g[n][j];
     for (int k = 0; k < 6; ++k) {
         const int a = EDGE[k][0], b = EDGE[k][1];
         for (int j = 0; j < 3; ++j) dN[4 + k][j] = 4 * (l[a] * g[b][j] + l[b] * g[a][j]);
     }
+}
+
+// The same at Gauss point q.
+inline void shapeGradients(const double (*g)[3], int q, double (*dN)[3]) {
+    double l[4] = {FAR, FAR, FAR, FAR};
+    l[q] = NEAR;
+    shapeGradients(g, l, dN);
 }
 
 inline void gather(const double (*dN)[3], const double (*u)[3], double *H) {
@@ -68,7 +74,8 @@ inline void hooke(const Law &law, double share, const double *dH, double tr, dou
 // Returns the number of points that failed.
 inline int element(const Law &law, double share, bool finite, const double (*x)[3], const double (*uOld)[3], const double (*u)[3],
                    const double *old, double *now, double (*f)[3], double (*rest)[3]) {
-    double g[4][3], dN[4][10][3], c[4][9], H[4][9], Hold[4][9], J[4], theta = 0, trace = 0;
+    double g[4][3], dN[4][10][3], c[4][9], cOld[4][9], H[4][9], Hold[4][9], J[4], Jold[4];
+    double theta = 0, thetaOld = 0, trace = 0;
     const double volume = barycentric(x, g);
     int failed = 0;
     for (int q = 0; q < 4; ++q) {
@@ -77,11 +84,14 @@ inline int element(const Law &law, double share, bool finite, const double (*x)[
         gather(dN[q], u, H[q]);
         failed += !updatePoint(law, finite, Hold[q], H[q], old + STATE * q, now + STATE * q);
         double F[9];
+        for (int i = 0; i < 9; ++i) F[i] = (finite ? Hold[q][i] : 0) + (i % 4 == 0);
+        Jold[q] = cofactors(F, cOld[q]);
         for (int i = 0; i < 9; ++i) F[i] = (finite ? H[q][i] : 0) + (i % 4 == 0);
-        J[q] = finite ? cofactors(F, c[q]) : 1 + H[q][0] + H[q][4] + H[q][8];
-        if (!finite) cofactors(F, c[q]);
-        failed += !(J[q] > 0);
+        J[q] = cofactors(F, c[q]);
+        if (!finite) J[q] = 1 + H[q][0] + H[q][4] + H[q][8], Jold[q] = 1 + Hold[q][0] + Hold[q][4] + Hold[q][8];
+        failed += !(J[q] > 0 && Jold[q] > 0);
         theta += 0.25 * J[q];
+        thetaOld += 0.25 * Jold[q];
         for (int i = 0; i < 9; i += 4) trace += 0.25 * (H[q][i] - Hold[q][i]);
     }
     for (int n = 0; n < 10; ++n)
@@ -96,19 +106,20 @@ inline int element(const Law &law, double share, bool finite, const double (*x)[
                 to[n][i] += 0.25 * volume * (P[3 * i] * dN[q][n][0] + P[3 * i + 1] * dN[q][n][1] + P[3 * i + 2] * dN[q][n][2]);
     };
     for (int q = 0; q < 4; ++q) {
+        const double *s0 = old + STATE * q;
         double *s = now + STATE * q, P[9];
         if (share > 0) {
-            const double own = finite ? std::log(J[q]) : J[q] - 1, mean = finite ? std::log(theta) : theta - 1;
-            const double shift = law.K * ((1 - share) * own + share * mean) - (s[0] + s[1] + s[2]) / 3;
+            const double own = finite ? std::log(J[q] / Jold[q]) : J[q] - Jold[q];
+            const double mean = finite ? std::log(theta / thetaOld) : theta - thetaOld;
+            const double shift = law.K * ((1 - share) * own + share * mean) + (s0[0] + s0[1] + s0[2] - s[0] - s[1] - s[2]) / 3;
             for (int i = 0; i < 3; ++i) s[i] += shift;
         }
         firstPiola(s, c[q], P);
         scatter(q, P, f);
         if (!rest) continue;
-        double F[9], cOld[9], before[9], linear[9], d[9];
-        for (int i = 0; i < 9; ++i) F[i] = (finite ? Hold[q][i] : 0) + (i % 4 == 0), d[i] = H[q][i] - Hold[q][i];
-        cofactors(F, cOld);
-        firstPiola(old + STATE * q, cOld, before);
+        double before[9], linear[9], d[9];
+        for (int i = 0; i < 9; ++i) d[i] = H[q][i] - Hold[q][i];
+        firstPiola(s0, cOld[q], before);
         hooke(law, share, d, trace, linear);
         for (int i = 0; i < 9; ++i) P[i] -= before[i] + linear[i];
         scatter(q, P, rest);

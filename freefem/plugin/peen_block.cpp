@@ -10,12 +10,14 @@
 #include "block_checkpoint.hpp"
 #include "block_forces.hpp"
 #include "block_press.hpp"
+#include "block_rezone.hpp"
 
 namespace {
 
 struct Mesh {
     long unknowns = 0;
     bool finite = true;         // strain
+    double period = 0;          // of a periodic cell
     std::vector<int> node;      // ten an element
     std::vector<double> corner; // twelve an element
 };
@@ -35,6 +37,7 @@ long peenMesh(KNM<long> *const &nodes, KNM<double> *const &corners, KNM<double> 
     mesh.corner.resize(12 * elements);
     mesh.unknowns = 3 * place->M();
     mesh.finite = finite != 0;
+    mesh.period = period;
     for (long e = 0; e < elements; ++e) {
         double x[10][3], g[4][3];
         for (int n = 0; n < 4; ++n)
@@ -180,6 +183,71 @@ long peenTouch(KN<double> *const &sphere, KNM<double> *const &place, KN<double> 
     return 0;
 }
 
+// How far the elements are from the shape they were made in: the smallest det F at a vertex, where P2 turns inside out
+// first.  (Vertices: the Gauss points may still be well when their element has folded.)
+double peenShape(KN<double> *const &U) {
+    ffassert(U->N() == mesh.unknowns);
+    double least = 1e30;
+    for (size_t e = 0; e < mesh.node.size() / 10; ++e) {
+        double g[4][3], dN[10][3], u[10][3], F[9], c[9];
+        block::barycentric(reinterpret_cast<const double(*)[3]>(&mesh.corner[12 * e]), g);
+        for (int n = 0; n < 10; ++n)
+            for (int i = 0; i < 3; ++i) u[n][i] = (*U)[3 * mesh.node[10 * e + n] + i];
+        for (int v = 0; v < 4; ++v) {
+            double l[4] = {0, 0, 0, 0};
+            l[v] = 1;
+            block::shapeGradients(g, l, dN);
+            block::gather(dN, u, F);
+            for (int i = 0; i < 9; i += 4) F[i] += 1;
+            least = std::min(least, block::cofactors(F, c));
+        }
+    }
+    return least;
+}
+
+// Rezoning, (31)-(34): U and the states are exchanged; depth D of (31), share m of (34).
+// Returns the largest distance (mm) between a point and the material it was given: 0 but for an old mesh that folded.
+double peenRezone(KNM<double> *const &place, KN<double> *const &U, KNM<double> *const &state, const double &depth, const double &share) {
+    const long elements = long(mesh.node.size() / 10), nodes = mesh.unknowns / 3;
+    ffassert(U->N() == mesh.unknowns && place->M() == nodes && state->N() == block::STATE && state->M() == 4 * elements);
+    const block::Finder finder(mesh.node, mesh.corner, mesh.period);
+    const std::vector<double> old(&(*U)[0], &(*U)[0] + mesh.unknowns);
+    std::vector<long> home(nodes, -1);
+    for (long e = 0; e < elements; ++e)
+        for (int n = 0; n < 10; ++n) home[mesh.node[10 * e + n]] = e;
+    double worst = 0;
+    for (long i = 0; i < nodes; ++i) {
+        const double target[3] = {(*place)(0L, i), (*place)(1L, i), 0}, d = 1 + (*place)(2L, i) / depth;
+        double xi[3] = {target[0], target[1], 0}, l[4], u[3] = {0, 0, 0};
+        long e = home[i];
+        if (d > 0) worst = std::max(worst, finder.invert(old.data(), target, 2, e, xi, l, u));
+        (*U)[3 * i] = (*U)[3 * i + 1] = 0;
+        (*U)[3 * i + 2] = d > 0 ? u[2] * d * d : 0;
+    }
+    std::vector<double> now(size_t(block::STATE) * 4 * elements);
+    for (long e = 0; e < elements; ++e) {
+        double lq[4], u[3], H[9], pressure[4], mean = 0;
+        for (int q = 0; q < 4; ++q) {
+            double p[3] = {0, 0, 0}, target[3], xi[3];
+            for (int n = 0; n < 4; ++n)
+                for (int i = 0; i < 3; ++i) p[i] += (n == q ? block::NEAR : block::FAR) * mesh.corner[12 * e + 3 * n + i];
+            long at = e;
+            finder.displacement(&(*U)[0], at, p, lq, u, H);
+            for (int i = 0; i < 3; ++i) xi[i] = p[i], target[i] = p[i] + u[i];
+            at = e;
+            worst = std::max(worst, finder.invert(old.data(), target, 3, at, xi, lq, u));
+            double *s = &now[size_t(block::STATE) * (4 * e + q)];
+            block::interpolate(&(*state)(0L, 4 * at), lq, s);
+            mean += 0.25 * (pressure[q] = (s[0] + s[1] + s[2]) / 3);
+        }
+        for (int q = 0; q < 4; ++q)
+            for (int i = 0; i < 3; ++i) now[size_t(block::STATE) * (4 * e + q) + i] += share * (mean - pressure[q]);
+    }
+    for (long k = 0; k < 4 * elements; ++k)
+        for (long i = 0; i < block::STATE; ++i) (*state)(i, k) = now[size_t(block::STATE) * k + i];
+    return worst;
+}
+
 // (29): U becomes the next iterate, g = G(U).  depth 0 forgets.
 long peenAnderson(const long &depth, KN<double> *const &U, KN<double> *const &g) {
     if (depth == 0) { anderson.reset(); return 0; }
@@ -206,6 +274,8 @@ void init() {
     Global.Add("peenSpread", "(", new OneOperator1_<long, Vector>(peenSpread));
     Global.Add("peenWrite", "(", new OneOperator5_<long, string *, Vector, Vector, Table, Table>(peenWrite));
     Global.Add("peenRead", "(", new OneOperator5_<long, string *, Vector, Vector, Table, Table>(peenRead));
+    Global.Add("peenShape", "(", new OneOperator1_<double, Vector>(peenShape));
+    Global.Add("peenRezone", "(", new OneOperator5_<double, Table, Vector, Table, double, double>(peenRezone));
     Global.Add("peenAnderson", "(", new OneOperator3_<long, long, Vector, Vector>(peenAnderson));
 }
 

@@ -1,18 +1,18 @@
-"""The target as a block: every logged impact of one patch in turn, real spheres at finite strain, in FreeFEM.
+"""The target as a block: every logged impact of one patch in turn, real spheres, at finite strain by default, in FreeFEM.
 
 The most exact of the target models: runs ``freefem/contact.edp``.  The impacts of a square patch of the window, its
 margin included, strike the middle of a large block; stresses and heights are taken over the inner square, where no
 impact that matters is missing.  Where impacts overlap, plain power-law hardening never levels off, so the material's
 bounded combined law is used, its backstresses turned with the material.
 
-Limit, measured: with that law thirteen impacts on 1 mm2 (two hits per point) strain the top 26 um by 1.2 on average; the
-iterations of an impact, on the stiffness of the undeformed block, then grow from 100 to 500, and the next does not converge.
+Where spheres flatten the ridges between dents the elements shear until they turn inside out; before they do, the mesh lets
+go of the material (``freefem/plugin/block_rezone.hpp``).
 """
 
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -60,6 +60,9 @@ class ContactNumerics:
     zone_over_candidates: float = 1.5  # reach of the zone whose steps are nonlinear before the whole block is looked at
     anderson_depth: int = 10
     max_iterations: int = 100
+    finite_strain: bool = True  # False: small strain, vertical forces on the undeformed surface, never rezoned
+    rezone_below: float = 0.6  # det F at an element's vertex
+    rezone_depth_in_radii: float = 3.0  # down to which a rezoned mesh follows the surface
 
 
 @dataclass(frozen=True)
@@ -82,6 +85,7 @@ class ContactResult:
     measured_side_m: float
     floor_m: float
     impacts: int
+    finite_strain: bool
     dofs: int
     setup_s: float
     wall_s: float
@@ -95,12 +99,14 @@ def solve_contact(
     workdir: Path,
     *,
     law: JohnsonCook | CombinedHardening | HardeningTable | None = None,
+    snapshots: Sequence[int] = (),
     numerics: ContactNumerics = ContactNumerics(),  # noqa: B008 - frozen
     memory_limit_GB: float = MEMORY_LIMIT_GB,
     title: str = "",
     progress: Callable[[float, str], None] | None = None,
-) -> ContactResult:
-    """Residual stress and surface under the logged ``impacts`` of one patch of the window (shrunk to the window).
+) -> list[ContactResult]:
+    """Residual stress and surface under the logged ``impacts`` of one patch of the window (shrunk to the window), after
+    each of ``snapshots`` impacts (rising; those beyond the patch's impacts are left out) and after all of them.
 
     law: the material's combined one when None.  Writes driver, log, tables and a checkpoint into ``workdir``; a run that
     was stopped goes on after its last whole impact when called again with the same inputs.
@@ -119,7 +125,8 @@ def solve_contact(
     refuse_too_large(radius, block, numerics.elements_per_radius, min(memory_limit_GB, available_GB()))
     table = law_table(material.E_Pa, material.nu, material.combined if law is None else law)
     reach = numerics.candidates_in_radii * contact_radii_m(patch, dimple)
-    text = contact_driver(title or material.key, table, numerics, dimple, block, patch, reach)
+    counts = sorted({k for k in snapshots if 0 < k < len(patch.x_m)} | {len(patch.x_m)})
+    text = contact_driver(title or material.key, table, numerics, dimple, block, patch, reach, counts)
     workdir.mkdir(parents=True, exist_ok=True)
     driver = workdir / "driver.edp"
     if not driver.exists() or driver.read_text() != text:
@@ -134,10 +141,11 @@ def solve_contact(
         with atomic_path(shared) as part:
             shutil.copyfile(own, part)
     own.unlink()
-    result = read_contact(workdir, block, patch, radius, numerics.margin_in_radii * radius)
-    check(result, workdir / "freefem.log")
+    results = [read_contact(workdir, block, patch, numerics, radius, count) for count in counts]
+    for result in results:
+        check(result, workdir / "freefem.log")
     (workdir / "checkpoint").unlink(missing_ok=True)
-    return result
+    return results
 
 
 def _shared_compliance(block: Block, numerics: ContactNumerics, nu: float) -> Path:
@@ -149,10 +157,11 @@ def _shared_compliance(block: Block, numerics: ContactNumerics, nu: float) -> Pa
 
 
 def contact_driver(
-    name: str, law: list[float], numerics: ContactNumerics, dimple: Dimple, block: Block, patch: Patch, reach_m: np.ndarray
+    name: str, law: list[float], numerics: ContactNumerics, dimple: Dimple, block: Block, patch: Patch, reach_m: np.ndarray,
+    snapshots: Sequence[int] = (),
 ) -> str:  # fmt: skip
     """Text of the FreeFEM driver; lengths in mm, energies in mJ, stresses in MPa; the patch's middle is the origin."""
-    half = 0.5 * block.side
+    half, radius = 0.5 * block.side, dimple.radius_m * 1e3
     box = [-block.contact_half, block.contact_half] * 2
     mass = dimple.density_kg_m3 * np.pi / 6.0 * dimple.diameter_m**3
     slope = dimple.peak_force_N**2 / (mass * dimple.speed_m_s**2 * 1e3) / (0.5e3 * dimple.diameter_m)
@@ -169,6 +178,9 @@ def contact_driver(
         Parameter("real[int]", "contactBox", box, "mm, x and y of the nodes that may be touched"),
         Parameter("real", "contactRim", block.spacing, "mm, nearer to the box's edge no contact is believed"),
         Parameter("int", "contactStrips", max(1, round(2 * block.contact_half / (2 * block.spacing))), "of the compliance's columns"),
+        Parameter("int", "finiteStrain", int(numerics.finite_strain), "0: small, vertical forces on the undeformed surface"),
+        Parameter("real", "rezoneBelow", numerics.rezone_below, "smallest det F: the mesh lets go of the material below it"),
+        Parameter("real", "rezoneDepth", numerics.rezone_depth_in_radii * radius, "mm, down to which a rezoned mesh follows the surface"),
         Parameter("real", "meanDilatation", numerics.mean_dilatation, "share of the pressure taken as the element's mean"),
         Parameter("real", "zoneFactor", numerics.zone_over_candidates, "of the reach: where an impact's steps look for yielding first"),
         Parameter("int", "loadSteps", numerics.load_steps, "penetration steps per impact"),
@@ -178,6 +190,7 @@ def contact_driver(
         Parameter("real", "forceTolerance", numerics.force_tolerance, "out-of-balance over contact force"),
         Parameter("real", "gapTolerance", numerics.gap_in_radii * dimple.radius_m * 1e3, "mm"),
         Parameter("int", "maxIterations", numerics.max_iterations, "per step"),
+        Parameter("int[int]", "snapshots", [int(k) for k in snapshots] or [len(patch.x_m)], "written after so many impacts"),
         Parameter("real", "slopeOverRadius", float(slope), "N/mm2, expected force over penetration and shot radius"),
     ]  # fmt: skip
     loads = np.column_stack([patch.x_m * 1e3 - half, patch.y_m * 1e3 - half, patch.energy_J * 1e3, patch.radius_m * 1e3,
@@ -186,11 +199,13 @@ def contact_driver(
                         "impacts in order of time: x mm, y mm, normal kinetic energy mJ, shot radius mm, reach of the candidates mm")  # fmt: skip
 
 
-def read_contact(workdir: Path, block: Block, patch: Patch, radius_mm: float, margin_mm: float) -> ContactResult:
-    """Read the tables of a finished run and reduce them to layer means over the square inside ``margin_mm``."""
-    points, surface = read_table(workdir / "points.csv"), read_table(workdir / "surface.csv")
+def read_contact(
+    workdir: Path, block: Block, patch: Patch, numerics: ContactNumerics, radius_mm: float, count: int
+) -> ContactResult:
+    """Read a finished run's tables after ``count`` impacts and reduce them to layer means over the square inside the margin."""
+    points, surface = read_table(workdir / f"points-{count}.csv"), read_table(workdir / f"surface-{count}.csv")
     result = {k: v[0] for k, v in read_table(workdir / "result.csv").items()}
-    half = 0.5 * block.side - margin_mm
+    half = 0.5 * block.side - numerics.margin_in_radii * radius_mm
     layers = len(block.thickness)
     layer = np.clip(np.searchsorted(block.bounds, -points["z_mm"]) - 1, 0, layers - 1)
     volume = points["volume_mm3"]
@@ -227,8 +242,8 @@ def read_contact(workdir: Path, block: Block, patch: Patch, radius_mm: float, ma
         peeq=mean("peeq"), peeq_std=spread("peeq"),
         balance_error=float(np.abs(vertical[shallow]).max() / np.abs(along).max()),
         surface_x_m=x[seen] * 1e-3, surface_y_m=y[seen] * 1e-3, surface_z_m=z[seen] * 1e-3,
-        history=read_table(workdir / "impacts_done.csv"), patch=patch, measured_side_m=2e-3 * half, floor_m=1e-3 * float(block.bounds[-1]),
-        impacts=int(result["impacts"]), dofs=int(result["dofs"]), setup_s=float(result["setup_s"]), wall_s=float(result["wall_s"]),
+        history={k: v[:count] for k, v in read_table(workdir / "impacts_done.csv").items()}, patch=patch, measured_side_m=2e-3 * half, floor_m=1e-3 * float(block.bounds[-1]),
+        impacts=count, finite_strain=numerics.finite_strain, dofs=int(result["dofs"]), setup_s=float(result["setup_s"]), wall_s=float(result["wall_s"]),
     )  # fmt: skip
 
 

@@ -16,7 +16,7 @@ SUDO     := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 export OMP_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-oblique fit-collisions readme
+.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-oblique fit-collisions fit-layers readme
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -68,6 +68,10 @@ bench-flow: plugin ## speed and agreement of the flow models, side by side with 
 fit-collisions: plugin ## collisions per shot: fit them to event-driven runs again, measure the error on other scenes
 	@mkdir -p build/bench
 	$(BIN)/python tests/benchmarks/collision_fit.py --json build/bench/collision_fit.json
+
+fit-layers: plugin ## the layer model: fit it to periodic cells, judge it on others (10 minutes; cells are kept in build/bench/layers)
+	@mkdir -p build/bench
+	$(BIN)/python tests/benchmarks/layers_fit.py --json build/bench/layers_fit.json
 
 bench-oblique: plugin ## oblique impacts in three dimensions against the rule for their dimples (10 minutes)
 	@mkdir -p build/bench

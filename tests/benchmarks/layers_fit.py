@@ -1,0 +1,132 @@
+"""The layer model's constants, fitted to periodic cells again and judged on cases and exposures kept out of the fit.
+
+    python tests/benchmarks/layers_fit.py [--json FILE]       (make fit-layers)
+
+Training, held-out cases and exposures stand in layers_held_out.toml; layers_cases.py runs the cells (a minute each,
+once).  Model and truth are means over the cell's element layers.  The rows say: are the constants in
+glue/target/layers.py those of this fit, how large is the rms error between .17 and 1.3 dimple radii of depth as a share
+of the profile's largest stress, how long does one evaluation take.  Notes behind a row: the error of the topmost layer
+and of those below the judged depths.
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from layers_cases import PLAN, Case, Profile, all_cases
+from scipy.optimize import least_squares
+
+from glue.checkrows import Rows
+from glue.target.layers import (
+    CALIBRATED,
+    CONSTANTS,
+    Constants,
+    LayerShape,
+    full_strength_Pa,
+    layer_profile,
+    layer_shape,
+)
+
+FITTED = Constants._fields[:6]  # g0 is as measured before
+LOWER, UPPER = (0.2, 0.0, 0.02, 0.02, 0.5, 0.0), (1.5, 1.0, 1.0, 2.0, 10.0, 10.0)
+_PER_LAYER = 8  # depths whose mean stands for an element layer's
+TIME_LIMIT_S = 0.010
+CONSTANT_BAND = 0.01  # what a constant may have moved before layers.py is out of date
+
+
+class Judged:
+    """A case with its shape: what the model needs and what it is held against."""
+
+    def __init__(self, case: Case):
+        self.case, self.shape = case, layer_shape(case.impact, case.material.combined)
+        edges, inner = case.bounds, (np.arange(_PER_LAYER) + 0.5) / _PER_LAYER
+        self.depths_m = (edges[:-1, None] + np.diff(edges)[:, None] * inner).ravel() * case.dimple.radius_m
+        middle, (low, high) = 0.5 * (edges[:-1] + edges[1:]), PLAN["depths_in_radii"]
+        self.band, self.below = (middle >= low) & (middle <= high), middle > high
+
+    def errors(self, profile: Profile, constants: Constants) -> np.ndarray:
+        """Model minus truth over the truth's largest stress, (layers,); above 0: too little compression."""
+        a = self.case.dimple.radius_m
+        area = profile.impacts * np.pi * a**2 / profile.exposure
+        result = layer_profile(self.shape, self.case.material, np.full(profile.impacts, a), area, self.depths_m,
+                               constants=constants, check=False)  # fmt: skip
+        means = result.sigma_xx_Pa.reshape(-1, _PER_LAYER).mean(axis=1)
+        return (means - profile.sigma_Pa) / np.abs(profile.sigma_Pa).max()
+
+
+def fit(training: list[Judged]) -> Constants:
+    """Least squares over every layer of the training cases at the exposures of the fit."""
+
+    def residuals(x):
+        constants = Constants(*x)
+        return np.concatenate([
+            judged.errors(p, constants)
+            for judged in training for p in judged.case.profiles if p.wanted in PLAN["fit_exposures"]
+        ])  # fmt: skip
+
+    found = least_squares(residuals, CONSTANTS[:6], bounds=(LOWER, UPPER), x_scale=np.maximum(CONSTANTS[:6], 0.05))
+    return Constants(*found.x.tolist())
+
+
+def rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def judge(rows: Rows, cases: list[Judged], constants: Constants) -> None:
+    """One row for each profile, then one for each set."""
+    sets: dict[str, list[float]] = {"fit": [], "held-out exposure": [], "held-out case": []}
+    for judged in cases:
+        for p in judged.case.profiles:
+            label = "held-out case" if not judged.case.training else "fit" if p.wanted in PLAN["fit_exposures"] else "held-out exposure"
+            off = judged.errors(p, constants)
+            sets[label].append(rms(off[judged.band]))
+            note = f"mean {np.mean(off[judged.band]):+.1%}, top layer {off[0]:+.1%}, below {rms(off[judged.below]):.1%}"
+            rows.below(f"{label}: {judged.case.name}, exposure {p.exposure:.2f}", sets[label][-1], PLAN["rms_limit"], note)
+    for label, values in sets.items():
+        rows.below(f"{label}: rms of {len(values)} profiles", rms(np.array(values)), PLAN["rms_limit"],
+                   f"worst {max(values):.1%}")  # fmt: skip
+
+
+def spans(cases: list[Judged]) -> dict[str, tuple[float, float]]:
+    """What these cases span of the numbers in ``CALIBRATED``."""
+    found = []
+    for judged in cases:
+        metal, full = judged.case.material, full_strength_Pa(judged.case.material.combined)
+        ends = full / metal.E_Pa, full / metal.combined.R0_Pa, judged.shape.radius_R
+        found += [(p.exposure, *ends) for p in judged.case.profiles]
+    return {name: (min(v), max(v)) for name, v in zip(CALIBRATED, zip(*found, strict=True), strict=True)}
+
+
+def seconds(shape: LayerShape, case: Case, radii_m: np.ndarray) -> float:
+    """Best of twenty evaluations at exposure 4."""
+    area, best = float(np.pi * (radii_m**2).sum() / 4.0), np.inf
+    for _ in range(20):
+        begun = time.perf_counter()
+        layer_profile(shape, case.material, radii_m, area, check=False)
+        best = min(best, time.perf_counter() - begun)
+    return best
+
+
+def main() -> None:
+    rows = Rows("Layer model against periodic cells")
+    cases = [Judged(case) for case in all_cases()]
+    constants = fit([judged for judged in cases if judged.case.training])
+    for name in FITTED:
+        rows.within(f"constant {name}: fitted, expected that of layers.py", getattr(constants, name), getattr(CONSTANTS, name),
+                    CONSTANT_BAND)  # fmt: skip
+    for name, (low, high) in spans(cases).items():
+        known = CALIBRATED[name]
+        inside = known.low <= low * 1.01 and high <= known.high * 1.01
+        covered = known.low >= low * 0.99 and known.high <= high * 1.01
+        rows.true(f"calibrated range of {name}", inside and covered, f"cases {low:.4g} to {high:.4g}, layers.py {known.low:g} to {known.high:g}")
+    judge(rows, cases, constants)
+    first, radius = cases[0], cases[0].case.dimple.radius_m
+    mixed = radius * np.random.default_rng(1).lognormal(0.0, 0.2, 10_000)
+    for name, radii in (("400 equal impacts", np.full(400, radius)), ("10000 impacts of all sizes", mixed)):
+        rows.below(f"seconds of one evaluation, {name}", seconds(first.shape, first.case, radii), TIME_LIMIT_S)
+    rows.finish()
+
+
+if __name__ == "__main__":
+    main()

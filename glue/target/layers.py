@@ -46,6 +46,7 @@ from glue.scene.presets import CELL_DEPTH_IN_RADII
 from glue.target.dimple import Dimple, zero_height_radius
 from glue.target.plane_integrals import plane_integrals
 from glue.target.reduced_impact import ReducedImpact, solve_reduced
+from glue.target.strength import TURNING_RATE, full_strength_Pa, held, plastic_work_Pa, strain_of_work
 
 
 class Constants(NamedTuple):
@@ -57,7 +58,7 @@ class Constants(NamedTuple):
     c: float
     k0: float
     k1: float
-    g0: float = 190.0
+    g0: float = TURNING_RATE
 
 
 CONSTANTS = Constants(R=0.769, D=0.191, d=0.136, c=0.112, k0=1.191, k1=3.082)
@@ -162,8 +163,8 @@ def layer_profile(
 ) -> LayersResult:  # fmt: skip
     """Equations (4) to (9): dimple radii (n,) of the impacts on ``area_m2``, ``shape`` of one on ``material.combined``.
 
-    depth_m: by default 60 from 0 to CELL_DEPTH_IN_RADII of the largest dimple, finer towards the surface.  Raises
-    InputError: no dimple, a law without bound, beyond the allowed ranges of ``CALIBRATED`` (when ``check``).
+    depth_m: by default the middles of 60 layers, finer towards the surface, down to CELL_DEPTH_IN_RADII of the largest
+    dimple.  Raises InputError: no dimple, a law without bound, beyond what ``CALIBRATED`` allows (when ``check``).
     """
     begun, law, c = time.perf_counter(), material.combined, constants
     _refuse_unbounded(law)
@@ -175,7 +176,7 @@ def layer_profile(
     weight = areas / area_m2
     exposure, floor = float(weight.sum()), CELL_DEPTH_IN_RADII * float(sizes.max())
     warnings = _outside(law, material.E_Pa, shape, exposure) if check else ()
-    depth = floor * (np.arange(60) / 59) ** 1.5 if depth_m is None else np.asarray(depth_m, dtype=float)
+    depth = floor * ((np.arange(60) + 0.5) / 60) ** 1.5 if depth_m is None else np.asarray(depth_m, dtype=float)
     zeta = depth[:, None] / sizes
 
     def total(values: np.ndarray) -> np.ndarray:
@@ -184,7 +185,7 @@ def layer_profile(
     linear = total(shape.s_Pa)
     peeq = strain_of_work(law, total(plastic_work_Pa(law, shape.p, c.g0)), c.g0)
     strength = law.R0_Pa - law.Q_Pa * np.expm1(-total(shape.h))
-    strength = strength - sum(x * np.expm1(-g * peeq) for x, g in _held(law, c.g0))
+    strength = strength - sum(x * np.expm1(-g * peeq) for x, g in held(law, c.g0))
     felt = np.abs(linear) / (exposure * np.abs(shape.s_Pa).max())
     cap = strength * (c.R - c.D * (np.exp(-zeta / c.d) @ weight) / exposure) * -np.expm1(-felt / c.c)
     sigma = -np.sign(linear) * _smaller(np.abs(linear), cap, c.k0 + c.k1 * felt)
@@ -196,35 +197,6 @@ def _smaller(a: np.ndarray, b: np.ndarray, k: np.ndarray) -> np.ndarray:
     """(a^-k + b^-k)^(-1/k) of values of 0 and more, without overflow; 0 where either is."""
     low, high = np.minimum(a, b), np.maximum(a, b)
     return low * (1.0 + (low / np.where(high > 0.0, high, 1.0)) ** k) ** (-1.0 / k)
-
-
-def _held(law: CombinedHardening, g0: float) -> list[tuple[float, float]]:
-    """(phi X, g) of each backstress."""
-    return [(x * g / (g + g0), g) for x, g in law.backstresses]
-
-
-def full_strength_Pa(law: CombinedHardening, g0: float = CONSTANTS.g0) -> float:
-    """Equation (7) at endless exposure [Pa]."""
-    return law.R0_Pa + (law.Q_Pa if law.b > 0.0 else 0.0) + sum(x for x, g in _held(law, g0))
-
-
-def plastic_work_Pa(law: CombinedHardening, p: np.ndarray, g0: float = CONSTANTS.g0) -> np.ndarray:
-    """W of (6) [J/m3] at equivalent plastic strains ``p`` (any shape), of the curve with phi X for X."""
-    terms = [(law.Q_Pa, law.b), *_held(law, g0)]
-    return law.R0_Pa * p + sum(size * (p + np.expm1(-rate * p) / rate) for size, rate in terms if rate > 0.0)
-
-
-def strain_of_work(law: CombinedHardening, work_Pa: np.ndarray, g0: float = CONSTANTS.g0) -> np.ndarray:
-    """Inverse of ``plastic_work_Pa``: Newton from W/R0; the curve bends one way, so every step is on the same side."""
-    terms = [(law.Q_Pa, law.b), *_held(law, g0)]
-    p = work_Pa / law.R0_Pa
-    for _ in range(50):
-        slope = law.R0_Pa - sum(size * np.expm1(-rate * p) for size, rate in terms)
-        step = (plastic_work_Pa(law, p, g0) - work_Pa) / slope
-        p = np.maximum(p - step, 0.0)
-        if np.abs(step).max(initial=0.0) <= 1e-12 * (1.0 + p.max(initial=0.0)):
-            break
-    return p
 
 
 def _classes(radii_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

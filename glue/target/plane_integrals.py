@@ -19,7 +19,9 @@ def plane_integrals(r: np.ndarray, z: np.ndarray, values: np.ndarray, at_z: np.n
         three = v.reshape(*v.shape[:-1], -1, 3)
         return 2.0 * three - three.mean(axis=-1, keepdims=True)
 
-    cz = corners(z)
+    # Corners shared by triangles come out equal but for rounding, and a plane through them is to cut either side once.
+    grain = 1e-12 * np.ptp(z)
+    cz = np.round(corners(z) / grain) * grain
     order = np.argsort(cz, axis=1)
     cz = np.take_along_axis(cz, order, 1)
     everything = np.concatenate([r[None], values])  # the radius is cut like any field

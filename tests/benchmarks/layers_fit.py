@@ -23,10 +23,10 @@ from glue.target.layers import (
     CONSTANTS,
     Constants,
     LayerShape,
-    full_strength_Pa,
     layer_profile,
     layer_shape,
 )
+from glue.target.strength import full_strength_Pa
 
 FITTED = Constants._fields[:6]  # g0 is as measured before
 LOWER, UPPER = (0.2, 0.0, 0.02, 0.02, 0.5, 0.0), (1.5, 1.0, 1.0, 2.0, 10.0, 10.0)

@@ -14,7 +14,7 @@ import shutil
 import sys
 import time
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -22,6 +22,7 @@ import numpy as np
 
 from glue.atomic import atomic_path
 from glue.scene.catalogue import material
+from glue.scene.laws import CombinedHardening, Material
 from glue.scene.presets import PRESETS
 from glue.target.cell import layer_bounds_mm, run_cell
 from glue.target.dimple import Dimple, to_si
@@ -55,7 +56,7 @@ class Case:
 
     name: str
     training: bool
-    material: object
+    material: Material
     speed_m_s: float
     impact: ReducedImpact
     dimple: Dimple
@@ -65,9 +66,18 @@ class Case:
     nominal_depth_error: float
 
 
-def solve_impact(key: str, speed_m_s: float) -> tuple[ReducedImpact, Dimple]:
+def metal_of(entry: dict) -> Material:
+    """The material of a case, with a bounded law of the case's own when it has one."""
+    metal, law = material(entry["material"]), entry.get("law")
+    if law is None:
+        return metal
+    pairs = tuple((x, g) for x, g in law["backstresses"])
+    return replace(metal, combined=CombinedHardening(law["R0_Pa"], law["Q_Pa"], law["b"], pairs))
+
+
+def solve_impact(metal: Material, speed_m_s: float) -> tuple[ReducedImpact, Dimple]:
     """The impact of the bounded law, and the dimple that sizes the cell."""
-    metal, density = material(key), PLAN["shot_density_kg_m3"]
+    density = PLAN["shot_density_kg_m3"]
     impact = solve_reduced(metal, metal.combined, speed_m_s=speed_m_s, density_kg_m3=density,
                            elements_per_radius=int(PLAN["elements_per_radius"]))  # fmt: skip
     exponents = (math.nan, math.nan)  # one speed: nothing is scaled over it
@@ -85,24 +95,24 @@ def random_patch(dimple: Dimple, side_m: float, count: int, seed: int) -> Patch:
 
 def case(entry: dict, training: bool) -> Case:
     """Run the cell of ``entry``, or read it when it was run before."""
-    key, speed = entry["material"], entry["speed_m_s"]
-    name = f"{key}-{speed:g}"
-    impact, dimple = solve_impact(key, speed)
+    metal, speed = metal_of(entry), entry["speed_m_s"]
+    name = entry.get("name", f"{metal.key}-{speed:g}")
+    impact, dimple = solve_impact(metal, speed)
     path = FOLDER / f"{name}.json"
     if not path.exists():
-        _run(name, key, dimple, entry["seed"], path)
+        _run(name, metal, dimple, entry["seed"], entry.get("exposures", EXPOSURES), path)
     kept = json.loads(path.read_text())
     profiles = [Profile(p["wanted"], p["exposure"], p["impacts"], *(np.array(p[k]) for k in Profile._fields[3:]))
                 for p in kept["profiles"]]  # fmt: skip
     bounds = layer_bounds_mm(ACCURACY, dimple.radius_m) * 1e-3 / dimple.radius_m
-    return Case(name, training, material(key), speed, impact, dimple, bounds, profiles, kept["wall_s"],
+    return Case(name, training, metal, speed, impact, dimple, bounds, profiles, kept["wall_s"],
                 kept["nominal_depth_error"])  # fmt: skip
 
 
-def _run(name: str, key: str, dimple: Dimple, seed: int, path: Path) -> None:
-    side, metal = ACCURACY.cell_side_in_radii * dimple.radius_m, material(key)
+def _run(name: str, metal: Material, dimple: Dimple, seed: int, exposures: list[float], path: Path) -> None:
+    side = ACCURACY.cell_side_in_radii * dimple.radius_m
     per_impact = math.pi * dimple.radius_m**2 / side**2
-    counts = [round(exposure / per_impact) for exposure in EXPOSURES]
+    counts = [round(exposure / per_impact) for exposure in exposures]
     patch = random_patch(dimple, side, counts[-1], seed)
     workdir, begun = FOLDER / f"{name}.run", time.monotonic()
     shutil.rmtree(workdir, ignore_errors=True)
@@ -111,7 +121,7 @@ def _run(name: str, key: str, dimple: Dimple, seed: int, path: Path) -> None:
     profiles = [
         Profile(wanted, n * per_impact, n, 0.5 * (r.sigma_xx_Pa + r.sigma_yy_Pa),
                 _slopes(workdir / f"points-{n}.csv", dimple), r.sigma_xx_Pa - r.sigma_yy_Pa, r.peeq)
-        for wanted, n, r in zip(EXPOSURES, counts, results, strict=True)
+        for wanted, n, r in zip(exposures, counts, results, strict=True)
     ]  # fmt: skip
     record = {
         "case": name, "seed": seed, "radius_m": dimple.radius_m, "wall_s": time.monotonic() - begun,

@@ -136,7 +136,7 @@ def main() -> None:
         rows.true(f"calibrated range of {name}", inside and covered, f"cases {low:.4g} to {high:.4g}, layers.py {known.low:g} to {known.high:g}")
     first = cases[0]
     # A log of many speeds has the shape of one of them: 2024's at 60 m/s, stretched to the dimples of its other cases.
-    scaled = [Judged(j.case, first.shape) for j in cases if j is not first and j.case.material.key == first.case.material.key]
+    scaled = [Judged(j.case, first.shape) for j in cases if j is not first and j.case.material == first.case.material]
     judge(rows, cases + scaled, constants)
     radius = first.case.dimple.radius_m
     mixed = radius * np.random.default_rng(1).lognormal(0.0, 0.2, 10_000)

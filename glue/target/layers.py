@@ -12,13 +12,14 @@ in a part too thick to stretch; it vanishes where p does.  Impacts with dimple r
 
     w_i = pi a_i^2/A,   lambda = sum w_i                               the exposure                      (4)
     lin(z) = sum w_i s(z/a_i)                                          if none met another's strain      (5)
-    W(pbar) = sum w_i W(p(z/a_i)),   W = int Y dp of the curve at p    plastic work is additive          (6)
+    W(pbar) = sum w_i r_i W(p(z/a_i)),   W = int Y dp of (7) at one p  plastic work is additive          (6)
     Y(z) = R0 + Q (1 - exp(-sum w_i h(z/a_i)))                                                           (7)
            + sum phi_j X_j (1 - exp(-g_j pbar)),   phi_j = g_j/(g_j + g0)
     cap(z) = Y [R - D <exp(-zeta/d)>] [1 - exp(-m/c)]                  what full coverage leaves         (8)
     |sigma| = (|lin|^-k + cap^-k)^(-1/k),   k = k0 + k1 m                                                (9)
     m(z) = |lin|/(lambda max s)                                        share of an impact felt there
 
+r_i is impact i's energy over a_i^3, relative to that of the impact solved: slow ones strain less in their dimple.
 <> is the mean with weights w_i.  (7): isotropic hardening stays where it was made; its mean over places hit at random,
 plastic strains adding, is exact (Campbell's theorem of Poisson processes).  Backstresses turn everywhere with the
 first strains, so they go by pbar, and hold against cyclic flow the better the faster they turn (phi).  (8): the
@@ -44,6 +45,7 @@ from glue.flow.impacts import normal_speed_m_s
 from glue.scene.model import CombinedHardening, Material, Scene
 from glue.scene.presets import CELL_DEPTH_IN_RADII
 from glue.target.dimple import Dimple, zero_height_radius
+from glue.target.patch import normal_energy_J
 from glue.target.plane_integrals import plane_integrals
 from glue.target.reduced_impact import ReducedImpact, solve_reduced
 from glue.target.strength import TURNING_RATE, full_strength_Pa, held, plastic_work_Pa, strain_of_work
@@ -131,12 +133,15 @@ def solve_layers(
     material, (width, height) = scene.target.material, scene.target.window_m
     here = impacts[(np.abs(impacts["x_m"]) <= 0.5 * width) & (np.abs(impacts["y_m"]) <= 0.5 * height)]
     radii = dimple.radius_for(here["diameter_m"], normal_speed_m_s(here), here["density_kg_m3"])
+    energy = normal_energy_J(here) / (0.5 * dimple.density_kg_m3 * math.pi / 6.0 * dimple.diameter_m**3 * dimple.speed_m_s**2)
+    left = radii > 0.0
     impact = solve_reduced(
         material, material.combined, speed_m_s=dimple.speed_m_s, density_kg_m3=dimple.density_kg_m3,
         elements_per_radius=scene.accuracy.dimple_elements_per_radius, progress=progress,
     )  # fmt: skip
     shape = layer_shape(impact, material.combined, dimple.radius_m / (0.5 * dimple.diameter_m))
-    return layer_profile(shape, material, radii, width * height)
+    ratio = energy[left] * (dimple.radius_m / radii[left]) ** 3
+    return layer_profile(shape, material, radii[left], width * height, work_ratio=ratio)
 
 
 def layer_shape(impact: ReducedImpact, law: CombinedHardening, radius_R: float | None = None) -> LayerShape:
@@ -159,31 +164,31 @@ def layer_shape(impact: ReducedImpact, law: CombinedHardening, radius_R: float |
 
 def layer_profile(
     shape: LayerShape, material: Material, radii_m: np.ndarray, area_m2: float, depth_m: np.ndarray | None = None,
-    *, constants: Constants = CONSTANTS, check: bool = True,
+    *, work_ratio: np.ndarray | float = 1.0, constants: Constants = CONSTANTS, check: bool = True,
 ) -> LayersResult:  # fmt: skip
     """Equations (4) to (9): dimple radii (n,) of the impacts on ``area_m2``, ``shape`` of one on ``material.combined``.
 
+    work_ratio: r of (6), (n,); 1 for impacts at the speed of the one solved.
     depth_m: by default the middles of 60 layers, finer towards the surface, down to CELL_DEPTH_IN_RADII of the largest
     dimple.  Raises InputError: no dimple, a law without bound, beyond what ``CALIBRATED`` allows (when ``check``).
     """
     begun, law, c = time.perf_counter(), material.combined, constants
     _refuse_unbounded(law)
     radii_m = np.asarray(radii_m, dtype=float)
-    radii_m = radii_m[radii_m > 0.0]
-    if not radii_m.size:
-        raise InputError("target = layers: no impact leaves a dimple in the window; a longer exposure_time_s is needed")
-    sizes, areas = _classes(radii_m)
+    if not (radii_m.size and (radii_m > 0.0).all()):
+        raise InputError("target = layers: impacts with dimple radii above 0 are needed, none in the window: a longer exposure_time_s")
+    sizes, areas, ratio = _classes(radii_m, np.broadcast_to(work_ratio, radii_m.shape))
     weight = areas / area_m2
     exposure, floor = float(weight.sum()), CELL_DEPTH_IN_RADII * float(sizes.max())
     warnings = _outside(law, material.E_Pa, shape, exposure) if check else ()
     depth = floor * ((np.arange(60) + 0.5) / 60) ** 1.5 if depth_m is None else np.asarray(depth_m, dtype=float)
     zeta = depth[:, None] / sizes
 
-    def total(values: np.ndarray) -> np.ndarray:
-        return np.interp(zeta, shape.zeta, values, right=0.0) @ weight
+    def total(values: np.ndarray, factor: np.ndarray | float = 1.0) -> np.ndarray:
+        return np.interp(zeta, shape.zeta, values, right=0.0) @ (weight * factor)
 
     linear = total(shape.s_Pa)
-    peeq = strain_of_work(law, total(plastic_work_Pa(law, shape.p, c.g0)), c.g0)
+    peeq = strain_of_work(law, total(plastic_work_Pa(law, shape.p, c.g0), ratio), c.g0)
     strength = law.R0_Pa - law.Q_Pa * np.expm1(-total(shape.h))
     strength = strength - sum(x * np.expm1(-g * peeq) for x, g in held(law, c.g0))
     felt = np.abs(linear) / (exposure * np.abs(shape.s_Pa).max())
@@ -199,16 +204,17 @@ def _smaller(a: np.ndarray, b: np.ndarray, k: np.ndarray) -> np.ndarray:
     return low * (1.0 + (low / np.where(high > 0.0, high, 1.0)) ** k) ** (-1.0 / k)
 
 
-def _classes(radii_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Different radii and the dimple area that each brings; very many are put together, area and mean radius kept."""
+def _classes(radii_m: np.ndarray, ratio: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Different radii, the dimple area that each brings and its mean ``ratio``; very many go into classes of mean radius."""
     area = math.pi * radii_m**2
     different, which = np.unique(radii_m, return_inverse=True)
     if different.size > _CLASSES:
         edges = np.geomspace(different[0], different[-1], _CLASSES + 1)
         which = np.searchsorted(edges[1:-1], radii_m, side="right")
-    total, moment = np.bincount(which, area), np.bincount(which, area * radii_m)
+    total = np.bincount(which, area)
     used = total > 0.0
-    return moment[used] / total[used], total[used]
+    size, mean_ratio = (np.bincount(which, area * v)[used] / total[used] for v in (radii_m, ratio))
+    return size, total[used], mean_ratio
 
 
 def _refuse_unbounded(law) -> None:

@@ -32,9 +32,11 @@ CONSTANT_BAND = 0.01  # what a constant may have moved before layers.py is out o
 class Judged:
     """A case and the shape of its impact, or of another speed's: what the model needs and what it is held against."""
 
-    def __init__(self, case: Case, shape: LayerShape | None = None):
-        self.case, self.shape = case, shape or layer_shape(case.impact, case.material.combined)
-        self.scaled = shape is not None
+    def __init__(self, case: Case, other: Judged | None = None):
+        self.case, self.scaled = case, other is not None
+        self.shape = other.shape if other else layer_shape(case.impact, case.material.combined)
+        solved = (other or self).case.dimple  # one shot for all, so energies are as speeds squared
+        self.work_ratio = (case.speed_m_s / solved.speed_m_s) ** 2 * (solved.radius_m / case.dimple.radius_m) ** 3
         edges, inner = case.bounds, (np.arange(_PER_LAYER) + 0.5) / _PER_LAYER
         self.depths_m = (edges[:-1, None] + np.diff(edges)[:, None] * inner).ravel() * case.dimple.radius_m
         middle, (low, high) = 0.5 * (edges[:-1] + edges[1:]), PLAN["depths_in_radii"]
@@ -53,7 +55,7 @@ class Judged:
         a = self.case.dimple.radius_m
         area = profile.impacts * np.pi * a**2 / profile.exposure
         return layer_profile(self.shape, self.case.material, np.full(profile.impacts, a), area, self.depths_m,
-                             constants=constants, check=False)  # fmt: skip
+                             work_ratio=self.work_ratio, constants=constants, check=False)  # fmt: skip
 
     def errors(self, profile: Profile, constants: Constants) -> np.ndarray:
         """Model minus truth over the truth's largest stress, (layers,); above 0: too little compression."""
@@ -136,7 +138,7 @@ def main() -> None:
         rows.true(f"calibrated range of {name}", inside and covered, f"cases {low:.4g} to {high:.4g}, layers.py {known.low:g} to {known.high:g}")
     first = cases[0]
     # A log of many speeds has the shape of one of them: 2024's at 60 m/s, stretched to the dimples of its other cases.
-    scaled = [Judged(j.case, first.shape) for j in cases if j is not first and j.case.material == first.case.material]
+    scaled = [Judged(j.case, first) for j in cases if j is not first and j.case.material == first.case.material]
     judge(rows, cases + scaled, constants)
     radius = first.case.dimple.radius_m
     mixed = radius * np.random.default_rng(1).lognormal(0.0, 0.2, 10_000)

@@ -157,6 +157,13 @@ def test_work_and_its_inverse():
     assert work[3] == pytest.approx(np.trapezoid(flow, fine), rel=1e-6)
 
 
+def test_twice_the_work_strains_twice_where_the_flow_stress_is_level():
+    perfect = replace(AL2024, combined=CombinedHardening(4e8, 0.0, 0.0, ()))
+    once, twice = (layer_profile(shape(), perfect, np.full(3, A), A**2, work_ratio=r, check=False) for r in (1.0, 2.0))
+    assert twice.peeq == pytest.approx(2 * once.peeq)
+    assert twice.sigma_xx_Pa == pytest.approx(once.sigma_xx_Pa)
+
+
 def test_no_bound_no_answer():
     for law in (AL2024.johnson_cook, CombinedHardening(3e8, 1e8, -1.0, ()), CombinedHardening(3e8, 0.0, 1.0, ((1e8, -2.0),))):
         with pytest.raises(InputError, match="without bound"):
@@ -191,10 +198,13 @@ def test_only_impacts_in_the_window_count(monkeypatch):
     monkeypatch.setattr(layers, "solve_reduced", lambda *a, **k: "solved" if a[1] is AL2024.combined else None)
     monkeypatch.setattr(layers, "layer_shape", shape_of)
     scene = Some(target=Some(material=AL2024, window_m=(1e-3, 1e-3)), accuracy=Some(dimple_elements_per_radius=6))
-    log = impacts([0.0, 0.4e-3, 0.6e-3, 0.0, 0.1e-3], [0.0, 0.0, 0.0, -0.7e-3, 0.3e-3])
-    result = layers.solve_layers(scene, log, dimple())
+    places = [0.0, 0.4e-3, 0.6e-3, 0.0, 0.1e-3], [0.0, 0.0, 0.0, -0.7e-3, 0.3e-3]
+    result = layers.solve_layers(scene, impacts(*places), dimple())
     assert result.impacts == 3
     assert result.exposure == pytest.approx(3 * math.pi * 0.227**2)
+    # radius as speed^.47: at half the speed .72 of it, energy over radius cubed .66; a shot that grazes leaves none
+    slower = layers.solve_layers(scene, impacts(*places, speed_m_s=[30.0, 30.0, 30.0, 30.0, 0.0]), dimple())
+    assert slower.impacts == 2 and slower.exposure == pytest.approx(2 * math.pi * (0.227 * 0.5**0.47) ** 2)
     assert asked == {"impact": "solved", "law": AL2024.combined, "radius": pytest.approx(0.454)}
 
 

@@ -29,7 +29,6 @@ from glue.target.dimple import Dimple, to_si
 from glue.target.driver import law_table
 from glue.target.patch import Patch
 from glue.target.reduced_impact import ReducedImpact, solve_reduced
-from glue.target.tables import read_table
 
 HERE = Path(__file__).resolve().parent
 PLAN = tomllib.loads((HERE / "layers_held_out.toml").read_text(encoding="utf-8"))
@@ -45,8 +44,6 @@ class Profile(NamedTuple):
     exposure: float  # what the whole number of impacts made of it
     impacts: int
     sigma_Pa: np.ndarray  # (layers,) equi-biaxial mean, negative in compression
-    sigma_slope_Pa: np.ndarray  # (layers,) least-squares slope inside the layer, per dimple radius of depth
-    difference_Pa: np.ndarray  # (layers,) sigma_xx - sigma_yy: nought for infinitely many impacts
     peeq: np.ndarray
 
 
@@ -119,8 +116,7 @@ def _run(name: str, metal: Material, dimple: Dimple, seed: int, exposures: list[
     results = run_cell(name, law_table(metal.E_Pa, metal.nu, metal.combined), ACCURACY, dimple, patch, side, workdir,
                        snapshots=counts)  # fmt: skip
     profiles = [
-        Profile(wanted, n * per_impact, n, 0.5 * (r.sigma_xx_Pa + r.sigma_yy_Pa),
-                _slopes(workdir / f"points-{n}.csv", dimple), r.sigma_xx_Pa - r.sigma_yy_Pa, r.peeq)
+        Profile(wanted, n * per_impact, n, 0.5 * (r.sigma_xx_Pa + r.sigma_yy_Pa), r.peeq)
         for wanted, n, r in zip(exposures, counts, results, strict=True)
     ]  # fmt: skip
     record = {
@@ -131,17 +127,6 @@ def _run(name: str, metal: Material, dimple: Dimple, seed: int, exposures: list[
     with atomic_path(path) as part:
         part.write_text(json.dumps(record, indent=1) + "\n")
     shutil.rmtree(workdir)
-
-
-def _slopes(points: Path, dimple: Dimple) -> np.ndarray:
-    """Slope of the in-plane stress over the depth inside each element layer [Pa per dimple radius]."""
-    table, radius = read_table(points), dimple.radius_m * 1e3
-    bounds, depth = layer_bounds_mm(ACCURACY, dimple.radius_m) / radius, -table["z_mm"] / radius
-    stress, volume = 0.5e6 * (table["s_xx"] + table["s_yy"]), table["volume_mm3"]
-    layer = np.clip(np.searchsorted(bounds, depth) - 1, 0, len(bounds) - 2)
-    total = np.bincount(layer, volume)
-    off = depth - (np.bincount(layer, volume * depth) / total)[layer]
-    return np.bincount(layer, volume * off * stress) / np.bincount(layer, volume * off**2)
 
 
 def all_cases() -> list[Case]:

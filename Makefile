@@ -69,7 +69,7 @@ fit-collisions: plugin ## collisions per shot: fit them to event-driven runs aga
 	@mkdir -p build/bench
 	$(BIN)/python tests/benchmarks/collision_fit.py --json build/bench/collision_fit.json
 
-fit-layers: plugin ## the layer model: fit it to periodic cells, judge it on others (10 minutes; cells are kept in build/bench/layers)
+fit-layers: plugin ## the layer model: fit it to periodic cells, judge it on others (15 minutes; cells are kept in build/bench/layers)
 	@mkdir -p build/bench
 	$(BIN)/python tests/benchmarks/layers_fit.py --json build/bench/layers_fit.json
 

@@ -3,7 +3,7 @@
     python tests/benchmarks/layers_cases.py        (make fit-layers runs it first)
 
 One case is a material and a speed (layers_held_out.toml); its cell is read after every exposure of the file.
-A finished case is a file; delete it to run the case again.
+A finished case is a file, and is run again when its lines in the plan or its dimple change.
 """
 
 from __future__ import annotations
@@ -25,10 +25,11 @@ from glue.scene.catalogue import material
 from glue.scene.laws import CombinedHardening, Material
 from glue.scene.presets import PRESETS
 from glue.target.cell import layer_bounds_mm, run_cell
-from glue.target.dimple import Dimple, to_si
+from glue.target.dimple import Dimple, tabulated, to_si
 from glue.target.driver import law_table
 from glue.target.patch import Patch
 from glue.target.reduced_impact import ReducedImpact, solve_reduced
+from glue.target.speeds import spaced
 
 HERE = Path(__file__).resolve().parent
 PLAN = tomllib.loads((HERE / "layers_held_out.toml").read_text(encoding="utf-8"))
@@ -49,18 +50,27 @@ class Profile(NamedTuple):
 
 @dataclass(frozen=True)
 class Case:
-    """One material and speed with its impact, its dimple and what the cell gave."""
+    """One material and its shots with the impact solved, the dimple that sizes the cell, and what the cell gave."""
 
     name: str
     training: bool
     material: Material
-    speed_m_s: float
     impact: ReducedImpact
     dimple: Dimple
+    side_m: float
+    shots: Shots
     bounds: np.ndarray  # (layers + 1,) faces of the element layers in dimple radii
     profiles: list[Profile]
     wall_s: float
-    nominal_depth_error: float
+
+
+class Shots(NamedTuple):
+    """The impacts of a case in order, (n,) each, and how many of them make each exposure."""
+
+    diameter_m: np.ndarray
+    speed_m_s: np.ndarray
+    radius_m: np.ndarray  # of their dimples
+    counts: list[int]
 
 
 def metal_of(entry: dict) -> Material:
@@ -72,61 +82,77 @@ def metal_of(entry: dict) -> Material:
     return replace(metal, combined=CombinedHardening(law["R0_Pa"], law["Q_Pa"], law["b"], pairs))
 
 
-def solve_impact(metal: Material, speed_m_s: float) -> tuple[ReducedImpact, Dimple]:
-    """The impact of the bounded law, and the dimple that sizes the cell."""
-    density = PLAN["shot_density_kg_m3"]
-    impact = solve_reduced(metal, metal.combined, speed_m_s=speed_m_s, density_kg_m3=density,
-                           elements_per_radius=int(PLAN["elements_per_radius"]))  # fmt: skip
-    exponents = (math.nan, math.nan)  # one speed: nothing is scaled over it
-    return impact, to_si(impact, speed_m_s, density, PLAN["shot_diameter_m"], exponents, impact.wall_s)
+def solve_impact(metal: Material, speed_m_s: float) -> ReducedImpact:
+    """The impact of the bounded law."""
+    return solve_reduced(metal, metal.combined, speed_m_s=speed_m_s, density_kg_m3=PLAN["shot_density_kg_m3"],
+                         elements_per_radius=int(PLAN["elements_per_radius"]))  # fmt: skip
 
 
-def random_patch(dimple: Dimple, side_m: float, count: int, seed: int) -> Patch:
-    """``count`` equal impacts anywhere on the cell."""
-    places = np.random.default_rng(seed).uniform(0.0, side_m, (2, count))
-    mass = dimple.density_kg_m3 * math.pi / 6.0 * dimple.diameter_m**3
-    exposure = count * math.pi * dimple.radius_m**2 / side_m**2
-    return Patch(places[0], places[1], np.full(count, 0.5 * mass * dimple.speed_m_s**2),
-                 np.full(count, 0.5 * dimple.diameter_m), (0.0, 0.0), exposure, exposure, 0, 0.0)  # fmt: skip
+def dimple_of(entry: dict, metal: Material) -> Dimple:
+    """The dimple that sizes the cell, with a table down to the slowest shot where speeds are mixed."""
+    speed, density, diameter = entry["speed_m_s"], PLAN["shot_density_kg_m3"], PLAN["shot_diameter_m"]
+    impact, slowest = solve_impact(metal, speed), entry.get("speeds_from_m_s")
+    if slowest is None:
+        return to_si(impact, speed, density, diameter, (math.nan, math.nan), impact.wall_s)
+    runs = {v: solve_impact(metal, v) for v in spaced(slowest, speed, 3)}
+    return tabulated(runs, metal, speed, density, diameter)
+
+
+def shots_of(entry: dict, dimple: Dimple, side_m: float) -> Shots:
+    """Equal shots, or sizes and speeds drawn evenly between the ends that ``entry`` gives."""
+    exposures, area = np.array(entry.get("exposures", EXPOSURES)), side_m**2
+    if "speeds_from_m_s" not in entry:
+        counts = [round(x * area / (math.pi * dimple.radius_m**2)) for x in exposures]
+        same = np.ones(counts[-1])
+        return Shots(same * dimple.diameter_m, same * dimple.speed_m_s, same * dimple.radius_m, counts)
+    rng, most = np.random.default_rng([entry["seed"], 1]), 1000
+    diameter = rng.uniform(*entry["diameters_m"], most)
+    speed = rng.uniform(entry["speeds_from_m_s"], entry["speed_m_s"], most)
+    radius = dimple.radius_for(diameter, speed)
+    reached = np.cumsum(math.pi * radius**2) / area
+    counts = [int(np.abs(reached - x).argmin()) + 1 for x in exposures]
+    return Shots(diameter[: counts[-1]], speed[: counts[-1]], radius[: counts[-1]], counts)
+
+
+def random_patch(dimple: Dimple, shots: Shots, side_m: float, seed: int) -> Patch:
+    """The shots anywhere on the cell."""
+    x_m, y_m = np.random.default_rng(seed).uniform(0.0, side_m, (2, shots.speed_m_s.size))
+    energy_J = 0.5 * dimple.density_kg_m3 * math.pi / 6.0 * shots.diameter_m**3 * shots.speed_m_s**2
+    exposure = float(math.pi * (shots.radius_m**2).sum() / side_m**2)
+    return Patch(x_m, y_m, energy_J, 0.5 * shots.diameter_m, (0.0, 0.0), exposure, exposure, 0, 0.0)
 
 
 def case(entry: dict, training: bool) -> Case:
-    """Run the cell of ``entry``, or read it when it was run before."""
+    """Run the cell of ``entry``, or read it when the very same was run before."""
     metal, speed = metal_of(entry), entry["speed_m_s"]
     name = entry.get("name", f"{metal.key}-{speed:g}")
-    impact, dimple = solve_impact(metal, speed)
-    path = FOLDER / f"{name}.json"
-    if not path.exists():
-        _run(name, metal, dimple, entry["seed"], entry.get("exposures", EXPOSURES), path)
-    kept = json.loads(path.read_text())
-    profiles = [Profile(p["wanted"], p["exposure"], p["impacts"], *(np.array(p[k]) for k in Profile._fields[3:]))
-                for p in kept["profiles"]]  # fmt: skip
-    bounds = layer_bounds_mm(ACCURACY, dimple.radius_m) * 1e-3 / dimple.radius_m
-    return Case(name, training, metal, speed, impact, dimple, bounds, profiles, kept["wall_s"],
-                kept["nominal_depth_error"])  # fmt: skip
-
-
-def _run(name: str, metal: Material, dimple: Dimple, seed: int, exposures: list[float], path: Path) -> None:
+    impact, dimple = solve_impact(metal, speed), dimple_of(entry, metal)
     side = ACCURACY.cell_side_in_radii * dimple.radius_m
-    per_impact = math.pi * dimple.radius_m**2 / side**2
-    counts = [round(exposure / per_impact) for exposure in exposures]
-    patch = random_patch(dimple, side, counts[-1], seed)
+    shots = shots_of(entry, dimple, side)
+    path, inputs = FOLDER / f"{name}.json", {"entry": entry, "radius_m": f"{dimple.radius_m:.6e}"}
+    kept = json.loads(path.read_text()) if path.exists() else {}
+    if kept.get("inputs") != inputs:
+        kept = _run(name, metal, dimple, shots, side, entry, inputs, path)
+    profiles = [Profile(*(np.array(p[k]) if k in ("sigma_Pa", "peeq") else p[k] for k in Profile._fields)) for p in kept["profiles"]]
+    bounds = layer_bounds_mm(ACCURACY, dimple.radius_m) * 1e-3 / dimple.radius_m
+    return Case(name, training, metal, impact, dimple, side, shots, bounds, profiles, kept["wall_s"])
+
+
+def _run(name: str, metal: Material, dimple: Dimple, shots: Shots, side_m: float, entry: dict, inputs: dict, path: Path) -> dict:
     workdir, begun = FOLDER / f"{name}.run", time.monotonic()
     shutil.rmtree(workdir, ignore_errors=True)
-    results = run_cell(name, law_table(metal.E_Pa, metal.nu, metal.combined), ACCURACY, dimple, patch, side, workdir,
-                       snapshots=counts)  # fmt: skip
+    patch, law = random_patch(dimple, shots, side_m, entry["seed"]), law_table(metal.E_Pa, metal.nu, metal.combined)
+    results = run_cell(name, law, ACCURACY, dimple, patch, side_m, workdir, snapshots=shots.counts)
+    exposures = np.cumsum(math.pi * shots.radius_m**2) / side_m**2
     profiles = [
-        Profile(wanted, n * per_impact, n, 0.5 * (r.sigma_xx_Pa + r.sigma_yy_Pa), r.peeq)
-        for wanted, n, r in zip(exposures, counts, results, strict=True)
+        Profile(wanted, float(exposures[n - 1]), n, (0.5 * (r.sigma_xx_Pa + r.sigma_yy_Pa)).tolist(), r.peeq.tolist())._asdict()
+        for wanted, n, r in zip(entry.get("exposures", EXPOSURES), shots.counts, results, strict=True)
     ]  # fmt: skip
-    record = {
-        "case": name, "seed": seed, "radius_m": dimple.radius_m, "wall_s": time.monotonic() - begun,
-        "nominal_depth_error": results[-1].nominal_depth_error,
-        "profiles": [{k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in p._asdict().items()} for p in profiles],
-    }  # fmt: skip
+    record = {"inputs": inputs, "wall_s": time.monotonic() - begun, "profiles": profiles}
     with atomic_path(path) as part:
         part.write_text(json.dumps(record, indent=1) + "\n")
     shutil.rmtree(workdir)
+    return record
 
 
 def all_cases() -> list[Case]:

@@ -34,8 +34,9 @@ class Judged:
     def __init__(self, case: Case, other: Judged | None = None):
         self.case, self.scaled = case, other is not None
         self.shape = other.shape if other else layer_shape(case.impact, case.material.combined)
-        solved = (other or self).case.dimple  # one shot for all, so energies are as speeds squared
-        self.work_ratio = (case.speed_m_s / solved.speed_m_s) ** 2 * (solved.radius_m / case.dimple.radius_m) ** 3
+        solved, shots = (other or self).case.dimple, case.shots
+        energy = shots.diameter_m**3 * shots.speed_m_s**2 / (solved.diameter_m**3 * solved.speed_m_s**2)  # one density
+        self.work_ratio = energy * (solved.radius_m / shots.radius_m) ** 3
         edges, inner = case.bounds, (np.arange(_PER_LAYER) + 0.5) / _PER_LAYER
         self.depths_m = (edges[:-1, None] + np.diff(edges)[:, None] * inner).ravel() * case.dimple.radius_m
         middle, (low, high) = 0.5 * (edges[:-1] + edges[1:]), PLAN["depths_in_radii"]
@@ -51,10 +52,9 @@ class Judged:
 
     def model(self, profile: Profile, constants: Constants) -> LayersResult:
         """The model under the impacts of ``profile``, ``_PER_LAYER`` depths in each element layer."""
-        a = self.case.dimple.radius_m
-        area = profile.impacts * np.pi * a**2 / profile.exposure
-        return layer_profile(self.shape, self.case.material, np.full(profile.impacts, a), area, self.depths_m,
-                             work_ratio=self.work_ratio, constants=constants, check=False)  # fmt: skip
+        n, case = profile.impacts, self.case
+        return layer_profile(self.shape, case.material, case.shots.radius_m[:n], case.side_m**2, self.depths_m,
+                             work_ratio=self.work_ratio[:n], constants=constants, check=False)  # fmt: skip
 
     def errors(self, profile: Profile, constants: Constants) -> np.ndarray:
         """Model minus truth over the truth's largest stress, (layers,); above 0: too little compression."""

@@ -24,9 +24,9 @@ made; its mean over places hit at random, plastic strains adding, is exact (Camp
 Backstresses turn everywhere with the first strains, so they go by pbar.  (8): the surface is free, and below the plastic
 zone there is nothing to cap.  It all needs a bounded law.
 
-Source: (1), (2), (4)-(6), (9) and the bracket with R, D, d were found on 19 laws at 27-80 m/s beforehand; the rest came
-from the training cases of tests/benchmarks/layers_fit.py, to which the constants are fitted and which judges them on
-other materials, laws, speeds and exposures.
+Source: (1), (2), (4)-(6), (9), the bracket with R, D, d and the idea of phi were found on cells of an earlier code (2024
+and variations of its law, 27-80 m/s); the rest came from the training cases of tests/benchmarks/layers_fit.py, to which
+all constants are fitted and which judges them on other materials, laws, speeds and exposures.
 """
 
 from __future__ import annotations
@@ -169,14 +169,14 @@ def layer_profile(
     """Equations (4) to (9): dimple radii (n,) of the impacts on ``area_m2``, ``shape`` of one on ``material.combined``.
 
     work_ratio: r of (6), (n,); 1 for impacts at the speed of the one solved.
-    depth_m: by default the middles of 60 layers, finer towards the surface, down to CELL_DEPTH_IN_RADII of the largest
+    depth_m: (m,), any; by default the middles of 60 layers, finer towards the surface, down to CELL_DEPTH_IN_RADII of the largest
     dimple.  Raises InputError: no dimple, a law without bound, beyond what ``CALIBRATED`` allows (when ``check``).
     """
     begun, law, c = time.perf_counter(), material.combined, constants
     refuse_unbounded(law)
     radii_m = np.asarray(radii_m, dtype=float)
     if not (radii_m.size and (radii_m > 0.0).all()):
-        raise InputError("target = layers: impacts with dimple radii above 0 are needed, none in the window: a longer exposure_time_s")
+        raise InputError("target = layers: no impact in the window that leaves a dimple; a longer exposure_time_s is needed")
     sizes, areas, ratio = _classes(radii_m, np.broadcast_to(work_ratio, radii_m.shape))
     weight = areas / area_m2
     exposure, floor = float(weight.sum()), CELL_DEPTH_IN_RADII * float(sizes.max())

@@ -133,19 +133,24 @@ def case(entry: dict, training: bool) -> Case:
     kept = json.loads(path.read_text()) if path.exists() else {}
     if kept.get("inputs") != inputs:
         kept = _run(name, metal, dimple, shots, side, entry, inputs, path)
-    profiles = [Profile(*(np.array(p[k]) if k in ("sigma_Pa", "peeq") else p[k] for k in Profile._fields)) for p in kept["profiles"]]
+    profiles = [
+        Profile(p["wanted"], p["exposure"], p["impacts"], np.array(p["sigma_Pa"]), np.array(p["peeq"])) for p in kept["profiles"]
+    ]  # fmt: skip
     bounds = layer_bounds_mm(ACCURACY, dimple.radius_m) * 1e-3 / dimple.radius_m
     return Case(name, training, metal, impact, dimple, side, shots, bounds, profiles, kept["wall_s"])
 
 
-def _run(name: str, metal: Material, dimple: Dimple, shots: Shots, side_m: float, entry: dict, inputs: dict, path: Path) -> dict:
+def _run(
+    name: str, metal: Material, dimple: Dimple, shots: Shots, side_m: float, entry: dict, inputs: dict, path: Path
+) -> dict:
     workdir, begun = FOLDER / f"{name}.run", time.monotonic()
     shutil.rmtree(workdir, ignore_errors=True)
     patch, law = random_patch(dimple, shots, side_m, entry["seed"]), law_table(metal.E_Pa, metal.nu, metal.combined)
     results = run_cell(name, law, ACCURACY, dimple, patch, side_m, workdir, snapshots=shots.counts)
     exposures = np.cumsum(math.pi * shots.radius_m**2) / side_m**2
     profiles = [
-        Profile(wanted, float(exposures[n - 1]), n, (0.5 * (r.sigma_xx_Pa + r.sigma_yy_Pa)).tolist(), r.peeq.tolist())._asdict()
+        {"wanted": wanted, "exposure": float(exposures[n - 1]), "impacts": n,
+         "sigma_Pa": (0.5 * (r.sigma_xx_Pa + r.sigma_yy_Pa)).tolist(), "peeq": r.peeq.tolist()}
         for wanted, n, r in zip(entry.get("exposures", EXPOSURES), shots.counts, results, strict=True)
     ]  # fmt: skip
     record = {"inputs": inputs, "wall_s": time.monotonic() - begun, "profiles": profiles}

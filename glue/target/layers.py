@@ -79,7 +79,7 @@ CALIBRATED = {
     "exposure": Range(0.0, 0.136, 8.05, 24.0),  # (5) is exact for 0; plateaus were seen to stay up to 24
     "full strength over E": Range(0.0013, 0.0026, 0.0096, 0.0144),
     "full strength over R0": Range(0.9, 1.16, 2.78, 4.0),
-    "dimple radius over shot radius": Range(0.16, 0.33, 0.58, 0.75),
+    "dimple radius over shot radius": Range(0.11, 0.22, 0.594, 0.75),
 }
 
 _BINS, _PLANES = 96, 12  # of the depth, finer towards the surface; planes a bin

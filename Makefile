@@ -16,7 +16,7 @@ SUDO     := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 export OMP_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-target bench-oblique fit-collisions readme
+.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-target bench-oblique fit-collisions fit-layers readme
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -71,6 +71,9 @@ fit-collisions: plugin ## collisions per shot: fit them to event-driven runs aga
 
 bench-target: plugin ## contact block, periodic cell, layers and stamp against each other; cost, saving, laws (half an hour) [TARGET=--only NAME]
 	$(BIN)/python tests/benchmarks/bench_target.py $(TARGET)
+fit-layers: plugin ## the layer model: fit it to periodic cells, judge it on others (15 minutes; cells are kept in build/bench/layers)
+	@mkdir -p build/bench
+	$(BIN)/python tests/benchmarks/layers_fit.py --json build/bench/layers_fit.json
 
 bench-oblique: plugin ## oblique impacts in three dimensions against the rule for their dimples (10 minutes)
 	@mkdir -p build/bench

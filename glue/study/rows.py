@@ -65,7 +65,9 @@ ROWS = {
         ("restitution_flow_mean", "the same in the shot stream", 1, "", 3),
         ("restitution_fresh", "restitution on fresh spots", 1, "", 3),
         ("restitution_flow_fresh", "the same in the shot stream", 1, "", 3),
+        ("strain", "strain", None, "", 0),
         ("dofs", "unknowns", 1, "", 0),
+        ("warning", "warning", None, "", 0),
     )),
 }  # fmt: skip
 

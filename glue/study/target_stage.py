@@ -15,8 +15,12 @@ from glue.study.unpeened import impacts_to_solve, unpeened
 from glue.surface.stress import plate_balance, profile_metrics
 from glue.target.cell import solve_cell
 from glue.target.contact import solve_contact
+from glue.target.layers import solve_layers
 from glue.target.part import part_profile, strip_arc_height_m
 from glue.target.patch import Patch
+
+
+_NO_STRAIN_COVERAGE = {"peeq_final": None, "peeq_final_reason": "told by the cell model alone"}
 
 
 class Solved(NamedTuple):
@@ -37,6 +41,8 @@ def target_stage(work: Work) -> tuple[dict, list[str]]:
     model = scene.models.target.model
     solved = _MODELS[model](work, impacts, dimple)
     profile = part_profile(solved.profile, scene.target.thickness_m)
+    unknown = [name for name in profile if np.isnan(getattr(solved.profile, name)).all()]  # layers know no scatter
+    profile = {name: column for name, column in profile.items() if name not in unknown}
     write_columns(work.path / "stress_profile.csv", **profile)
     mean = 0.5 * (profile["sigma_xx_Pa"] + profile["sigma_yy_Pa"])
     stress = profile_metrics(profile["depth_m"], mean)
@@ -98,6 +104,7 @@ def _contact(work: Work, impacts: np.ndarray, dimple) -> Solved:
     target = {
         "impacts": result.impacts,
         **_of_patch(result.patch),
+        "strain": "finite" if result.finite_strain else "small",
         "balance_error": result.balance_error,
         "Sa_m": _sa(result.surface_z_m),
         "restitution_mean": float(here["restitution"].mean()),
@@ -107,7 +114,7 @@ def _contact(work: Work, impacts: np.ndarray, dimple) -> Solved:
         "dofs": result.dofs,
         "wall_s": result.wall_s,
     }
-    return Solved(result, target, {}, ["target/driver.edp", "target/restitution.csv"])
+    return Solved(result, target, _NO_STRAIN_COVERAGE, ["target/driver.edp", "target/restitution.csv"])
 
 
 def restitution_columns(impacts: np.ndarray, result) -> dict[str, np.ndarray]:
@@ -130,7 +137,12 @@ def restitution_columns(impacts: np.ndarray, result) -> dict[str, np.ndarray]:
 
 
 def _layers(work: Work, impacts: np.ndarray, dimple) -> Solved:
-    raise NotImplementedError
+    ready_kernels()
+    result = solve_layers(work.scene, impacts, dimple, work.progress)
+    target = {"impacts": result.impacts, "exposure": result.exposure, "wall_s": result.wall_s}
+    if result.warnings:
+        target["warning"] = "; ".join(result.warnings)
+    return Solved(result, target, _NO_STRAIN_COVERAGE, [])
 
 
 def _sa(z_m: np.ndarray) -> float:

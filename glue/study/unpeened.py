@@ -8,11 +8,11 @@ from glue.scene.model import Scene
 from glue.target.dimple import Dimple
 
 # What a model reports of itself in metrics.json.
-_PATCH = ("exposure", "window_exposure", "neglected_energy_share")
+_PATCH = ("exposure", "window_exposure", "neglected_energy_share", "balance_error", "Sa_m", "dofs")
 _OWN = {
-    "cell": ("balance_error", "nominal_depth_error", "nominal_force_error", "Sa_m"),
-    "contact": ("balance_error", "Sa_m", "restitution_mean", "restitution_flow_mean", "restitution_fresh", "restitution_flow_fresh"),
-    "layers": (),
+    "cell": (*_PATCH, "nominal_depth_error", "nominal_force_error"),
+    "contact": (*_PATCH, "strain", "restitution_mean", "restitution_flow_mean", "restitution_fresh", "restitution_flow_fresh"),
+    "layers": ("exposure",),
 }  # fmt: skip
 
 
@@ -32,10 +32,10 @@ def unpeened(scene: Scene) -> dict:
         return {key: None for key in keys} | {f"{key}_reason": nothing for key in keys}
 
     return {
-        "target": {"model": model, "impacts": 0, "dofs": 0, "wall_s": 0.0} | unknown(*_PATCH, *_OWN[model]),
+        "target": {"model": model, "impacts": 0, "wall_s": 0.0} | unknown(*_OWN[model]),
         "residual_stress": unknown(
             "surface_Pa", "max_compressive_Pa", "max_compressive_depth_m", "compressive_depth_m", "tenth_depth_m",
             "force_balance_N_m", "force_balance_relative", "moment_balance_relative", "arc_height_m",
         ),
-        "coverage": unknown(*(("peeq_final", "peeq_threshold", "peeq_027_final") if model == "cell" else ())),
+        "coverage": unknown("peeq_final", *(("peeq_threshold", "peeq_027_final") if model == "cell" else ())),
     }  # fmt: skip

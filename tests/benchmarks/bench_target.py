@@ -209,6 +209,22 @@ def surface(rows: Rows) -> None:
     rows.below("stamp: 10 000 impacts on 3 x 3 mm [s]", clock.s, 5.0)
 
 
+def layers(rows: Rows) -> None:
+    """The layer model against cells of materials, laws, speeds and exposures that it was not fitted to."""
+    file = WORK / "layers_fit.json"
+    if not file.exists():
+        rows.true("layers against cells (make fit-layers has not been run)", False)
+        return
+    found = json.loads(file.read_text())["rows"]
+    for label in ("held-out case", "held-out exposure"):
+        here = [r for r in found if r["name"].startswith(f"{label}: ") and ", exposure " in r["name"]]
+        worst = max(here, key=lambda r: r["value"])
+        rows.below(f"layers against cell, {label}s, .17-1.3 radii deep: worst rms", worst["value"], 0.12,
+                   f"{worst['name'].partition(': ')[2]}; {len(here)} profiles, rms of all {np.sqrt(np.mean([r['value'] ** 2 for r in here])):.1%}")  # fmt: skip
+    slowest = max(r["value"] for r in found if r["name"].startswith("seconds of one evaluation"))
+    rows.below("layers: one evaluation [s]", slowest, 0.01)
+
+
 def saving(rows: Rows) -> None:
     """Time saved against impact-by-impact contact, the way to the impacts and the dimple counted on both sides."""
     got = dense()
@@ -283,7 +299,7 @@ def laws(rows: Rows) -> None:
 
 
 # name: (case, minutes it takes on an idle machine of two cores)
-CASES = {"single": (single, 2), "balance": (balance, 0.2), "laws": (laws, 4), "overlap": (overlap, 8), "surface": (surface, 0.2),
+CASES = {"single": (single, 2), "balance": (balance, 0.2), "laws": (laws, 5), "layers": (layers, 0.01), "overlap": (overlap, 8), "surface": (surface, 0.2),
          "saving": (saving, 0.1), "convergence": (convergence, 5), "many": (many, 6)}  # fmt: skip
 
 

@@ -6,7 +6,9 @@ impact that matters is missing.  Where impacts overlap, plain power-law hardenin
 bounded combined law is used, its backstresses turned with the material.
 
 Where spheres flatten the ridges between dents the elements shear until they turn inside out; before they do, the mesh lets
-go of the material (``freefem/plugin/block_rezone.hpp``).
+go of the material (``freefem/plugin/block_rezone.hpp``).  Measured with the bounded law: 23 impacts on 1.56 mm2 (2.4 hits
+per point) without a failure, but 330-540 iterations an impact from the twelfth on, against 100-130 at first; no block was
+taken to 98 % coverage yet.
 """
 
 from __future__ import annotations

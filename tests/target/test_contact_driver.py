@@ -128,9 +128,12 @@ def test_two_impacts_to_layer_means(tmp_path, monkeypatch):
     log = impacts([0.0, 0.15e-3], [0.0, 0.1e-3], [60.0, 50.0], [1e-3, 0.8e-3])
     shares = []
     numerics = ContactNumerics(side_in_radii=4.2, elements_per_radius=1.5, load_steps=6)
-    result = solve_contact(AL2024, log, dimple(), (1e-3, 1e-3), tmp_path / "run", numerics=numerics,
-                           progress=lambda share, text: shares.append(share))  # fmt: skip
+    first, result = solve_contact(AL2024, log, dimple(), (1e-3, 1e-3), tmp_path / "run", numerics=numerics, snapshots=(1, 5),
+                                  progress=lambda share, text: shares.append(share))  # fmt: skip
     assert shares[-1] == 1.0
+    assert first.impacts == len(first.history["impact"]) == 1  # the patch's impacts end before the fifth
+    assert 0 < first.peeq[0] < result.peeq[0]
+    assert result.finite_strain
     assert result.impacts == 2
     assert result.dofs == make_block(0.227, 4.2 * 0.227, 1.5).unknowns  # the estimate counts exactly
     mean = 0.5 * (result.sigma_xx_Pa + result.sigma_yy_Pa)

@@ -45,6 +45,8 @@ from glue.target.tables import read_table
 WORK = repo_root() / "build" / "bench"
 SEEDS = (1, 2, 3)
 COVERAGES = tuple(cases.EXPOSURES)
+# The block's: at 98 % it rezones after nearly every step, some 45 s an impact, and the hour is better spent elsewhere.
+BLOCK_COVERAGES = COVERAGES[:2]
 EDGES_MM = np.array([0, 0.015, 0.03, 0.06, 0.1, 0.15, 0.2, 0.26, 0.33, 0.42])
 BLOCK_SIDE = 5.5  # dimple radii, of the patch whose impacts the block solves; the inner 2.5 are measured
 
@@ -128,12 +130,11 @@ def convergence(rows: Rows) -> None:
 
 @cache
 def dense() -> dict:
-    """The block and the cell at three exposures, three seeds (the last exposure with the first alone)."""
+    """The block at two exposures and the cell at three, three seeds each."""
     found = {"block": {}, "cell": {}, "logs": {}, "seconds": [], "setup": 0.0, "cell_s": []}
     side = BLOCK_SIDE * cases.dimple().radius_m
     for seed in SEEDS:
-        wanted = COVERAGES if seed == SEEDS[0] else COVERAGES[:2]
-        counts = [cases.count_for(cases.EXPOSURES[c], side) for c in wanted]
+        counts = [cases.count_for(cases.EXPOSURES[c], side) for c in BLOCK_COVERAGES]
         log = cases.chance_log(side, counts[-1], seed)
         results = block(log, WORK / "target" / f"block-{seed}", snapshots=counts)
         found["seconds"] += list(results[-1].history["wall_s"])
@@ -141,7 +142,7 @@ def dense() -> dict:
         clock = cases.Clock()
         cells = cases.cell(WORK / "target" / f"cell-{seed}", seed, [cases.EXPOSURES[c] for c in COVERAGES])
         found["cell_s"].append(clock.s)
-        for c, result in zip(wanted, results, strict=True):
+        for c, result in zip(BLOCK_COVERAGES, results, strict=True):
             found["block"].setdefault(c, []).append(result)
         for c, result in zip(COVERAGES, cells, strict=True):
             found["cell"].setdefault(c, []).append(result)
@@ -153,13 +154,14 @@ def dense() -> dict:
 def overlap(rows: Rows) -> None:
     """The cell against the block at the same exposure; what both cost."""
     depth, got = cases.depths(), dense()
-    for c in COVERAGES:
+    for c in BLOCK_COVERAGES:
         blocks = np.array([cases.at_depths(r, depth) for r in got["block"][c]])
         cells = np.array([cases.at_depths(r, depth) for r in got["cell"][c]])
         most, rms = cases.deviation(cells.mean(axis=0), blocks.mean(axis=0))
         scatter = [np.std(x, axis=0).max() / np.abs(x).max() for x in (blocks, cells)]
         rows.below(f"cell against block, {c:.0%} coverage: layer means off", most, 0.10,
                    f"rms {rms:.1%}; seeds {len(blocks)}, {len(cells)}; scatter of seeds {scatter[0]:.1%}, {scatter[1]:.1%}")  # fmt: skip
+    rows.true("cell against block, 98 % coverage", COVERAGES[-1] in BLOCK_COVERAGES, "not run: rezoning makes the block too slow there")
     rows.below("cell: time to 98 % coverage [s]", statistics.median(got["cell_s"]), 15.0,
                f"{', '.join(f'{s:.1f}' for s in got['cell_s'])} s, {got['cell'][COVERAGES[-1]][0].impacts} impacts")  # fmt: skip
     rows.below("block: seconds per impact, median", statistics.median(got["seconds"]), 8.0,
@@ -184,7 +186,7 @@ def surface(rows: Rows) -> None:
     """The stamp against the block's own surface, over the same square; its speed."""
     got, dimple = dense(), cases.dimple()
     law = cases.AL2024.combined
-    for c in COVERAGES:
+    for c in BLOCK_COVERAGES:
         pairs = []
         for seed, result in zip(SEEDS, got["block"][c], strict=False):
             half = 0.5 * result.measured_side_m

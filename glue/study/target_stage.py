@@ -139,7 +139,8 @@ def restitution_columns(impacts: np.ndarray, result) -> dict[str, np.ndarray]:
 def _layers(work: Work, impacts: np.ndarray, dimple) -> Solved:
     ready_kernels()
     result = solve_layers(work.scene, impacts, dimple, work.progress)
-    target = {"impacts": result.impacts, "exposure": result.exposure, "wall_s": result.wall_s}
+    target = {"impacts": result.impacts, "exposure": result.exposure, "dofs": None, "wall_s": result.wall_s}
+    target["dofs_reason"] = "closed forms fed by one impact's solution"
     if result.warnings:
         target["warning"] = "; ".join(result.warnings)
     return Solved(result, target, _NO_STRAIN_COVERAGE, [])

@@ -12,7 +12,7 @@ _PATCH = ("exposure", "window_exposure", "neglected_energy_share", "balance_erro
 _OWN = {
     "cell": (*_PATCH, "nominal_depth_error", "nominal_force_error"),
     "contact": (*_PATCH, "strain", "restitution_mean", "restitution_flow_mean", "restitution_fresh", "restitution_flow_fresh"),
-    "layers": ("exposure",),
+    "layers": ("exposure", "dofs"),
 }  # fmt: skip
 
 

@@ -33,6 +33,7 @@ window_m = [0.002, 0.002]
 shot_target = "from_dimple"
 [models]
 flow = "dem"
+target = "cell"
 [accuracy]
 preset = "fast"
 """
@@ -67,6 +68,21 @@ def runs(tmp_path_factory):
             patch.setenv("PEEN_CACHE", str(folder / f"cache {name}"))
             assert cli.main(["run", str(folder / "small.toml"), "--out", str(folder / name)]) == 0
     return folder / "one", folder / "two"
+
+
+def test_layers_stand_in_for_the_cell(runs, tmp_path, monkeypatch):
+    """Same scene, event-driven: the layer model's stress is that of the cell within the scatter of a few impacts."""
+    monkeypatch.setenv("PEEN_CACHE", str(runs[0].parent / "cache one"))
+    (tmp_path / "layers.toml").write_text(SCENE.replace('"cell"', '"layers"').replace('"dem"', '"event"'))
+    run = tmp_path / "run"
+    assert cli.main(["run", str(tmp_path / "layers.toml"), "--out", str(run), "--only", "target"]) == 0
+    found = metrics(run)
+    assert found["target"]["model"] == "layers" and found["target"]["dofs_reason"]
+    with open(run / "stress_profile.csv") as f:
+        columns = next(csv.reader(f))
+    assert columns == ["depth_m", "sigma_xx_Pa", "sigma_yy_Pa", "peeq"]
+    cell = metrics(runs[0])["residual_stress"]["max_compressive_Pa"]
+    assert found["residual_stress"]["max_compressive_Pa"] == pytest.approx(cell, rel=0.25)
 
 
 def metrics(run):

@@ -28,7 +28,7 @@ from glue.target.patch import normal_energy_J
 from glue.target.reduced_impact import solve_hits
 
 WORK = repo_root() / "build" / "bench" / "target"
-COARSE = ContactNumerics(side_in_radii=4.2, margin_in_radii=1.2, elements_per_radius=2.0, load_steps=8)
+COARSE = ContactNumerics(side_in_radii=3.2, margin_in_radii=1.0, elements_per_radius=2.0, load_steps=8)
 FINE = replace(COARSE, side_in_radii=2.4, margin_in_radii=0.5, elements_per_radius=6.6)  # two a radius of a .3 mm shot's dimple
 
 ENERGY = 0.01  # work given to the target over the shot's own m v^2 / 2, minus 1, every impact

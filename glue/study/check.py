@@ -26,7 +26,8 @@ from glue.study.exposure import expected_hits, mean_square_diameter_m2
 from glue.study.flow_stage import refuse_flow, restitution_estimate
 from glue.study.pipeline import choices, default_out
 from glue.study.reference import reference_impact
-from glue.target.contact import ContactNumerics
+from glue.target.cell import seconds_per_impact
+from glue.target.contact import SECONDS_PER_IMPACT, ContactNumerics
 
 # YADE, which crosses free flight in one step: seconds per contact at dt = 1 P and to start (24 500 shots with
 # 7500 collisions: 14 s).
@@ -34,9 +35,7 @@ _CONTACT_S, _START_S = 4e-4, 1.5
 # Event-driven: seconds per contact (reference scene: 71 000 events a peening second in .16 s) and to load what was
 # compiled; the first run on a machine compiles for some 20 s.
 _EVENT_S, _LOAD_S = 5e-6, 1.0
-# The target: seconds per impact, unknown and load step of the cell (28 impacts, 9996 unknowns, 3 steps: 12 s), per impact
-# of the block, and of the one impact that the layers take beside the dimple's.
-_CELL_S, _BLOCK_S, _LAYERS_S = 12.0 / (28 * 9996 * 3), 8.0, 3.0
+_LAYERS_S = 3.0  # of the one impact that the layers take beside the dimple's
 _FEW_IMPACTS = 5.0  # below, one impact more or less changes the target's exposure by a fifth and more
 
 
@@ -176,12 +175,11 @@ def _flow_cost_s(scene: Scene, model: str, restitution: float) -> float:
 
 
 def _target_cost_s(scene: Scene, impacts_in_cell: float) -> float:
-    """Wall time [s] of the target, to a factor of two; the cell has one layer of P2 elements more than per side."""
+    """Wall time [s] of the target, to a factor of two."""
     model, accuracy = scene.models.target.model, scene.accuracy
     if model == "layers":
         return _LAYERS_S
     if model == "contact":
-        return _BLOCK_S * impacts_in_cell * (ContactNumerics.side_in_radii / accuracy.cell_side_in_radii) ** 2
-    n = accuracy.cell_elements_per_side
-    unknowns = 3 * (2 * n) ** 2 * (2 * (n + 1) + 1)
-    return _CELL_S * impacts_in_cell * unknowns * accuracy.cell_load_steps
+        in_patch = impacts_in_cell * (ContactNumerics.side_in_radii / accuracy.cell_side_in_radii) ** 2
+        return SECONDS_PER_IMPACT * in_patch * accuracy.target_patches
+    return seconds_per_impact(accuracy) * impacts_in_cell * accuracy.target_patches

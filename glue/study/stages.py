@@ -43,7 +43,7 @@ _STAGES = ("glue/study/stages.py", "glue/study/target_stage.py", "glue/study/unp
 _TABLE = ("glue/target/dimple.py", "glue/target/speeds.py")
 _KERNELS = ("freefem/lib/law_script.idp", "freefem/plugin/*")
 _AXISYM = ("freefem/single_impact.edp", "freefem/lib/*axisym*.idp")
-_TARGET = ("contact.edp", "cell*.edp", "lib/anderson.idp", "lib/contact_lcp.idp", "lib/*_block.idp", "lib/output_c*.idp", "lib/points_small*.idp")
+_TARGET = ("contact.edp", "cell*.edp", "lib/anderson.idp", "lib/contact_lcp.idp", "lib/*_block.idp", "lib/output_[cf]*.idp", "lib/points_small*.idp")
 STAGES = (
     Stage(
         "dimple",
@@ -104,9 +104,13 @@ STAGES = (
         (
             *_SCENE,
             *_STAGES,
+            "glue/study/target_outputs.py",
+            "glue/study/target_patches.py",
             "glue/target/*.py",
             "glue/theory/plate.py",
             "glue/surface/stress.py",
+            "glue/surface/roughness.py",
+            "glue/meshes.py",
             *(f"freefem/{name}" for name in _TARGET),
             *_KERNELS,
         ),

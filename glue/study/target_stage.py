@@ -3,23 +3,33 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from glue.errors import InputError
+from glue.flow.footprint import expected_impacts
 from glue.flow.impacts import normal_speed_m_s
+from glue.scene.consistency import estimated_dimple_radius_m
+from glue.scene.model import Scene
 from glue.study.dimple_stage import ready_kernels
+from glue.study.reference import reference_impact
 from glue.study.results import load_dimple, load_impacts, plain, write_columns
 from glue.study.stage import Work
 from glue.study.target_patches import mean_profile, means, solve_patches
 from glue.study.unpeened import impacts_to_solve, unpeened
 from glue.surface.stress import plate_balance, profile_metrics
-from glue.target.cell import cell_patches, solve_patch
-from glue.target.contact import ContactNumerics, patch_side_m, solve_contact
-from glue.target.layers import solve_layers
+from glue.target.block import available_GB, make_block
+from glue.target.cell import cell_patches, seconds_per_impact, solve_patch
+from glue.target.contact import MEMORY_LIMIT_GB, SECONDS_PER_IMPACT, ContactNumerics, patch_side_m, solve_contact
+from glue.target.layers import CALIBRATED, solve_layers
 from glue.target.part import part_profile, strip_arc_height_m
-from glue.target.patch import choose_patches
+from glue.target.patch import choose_patches, refuse_too_long
 
+_GUESS = 2.0  # factor by which the impacts expected before a run and their time may be off
+_LAYERS_S = 3.0  # of the one impact that the layers take beside the dimple's
+_LONG_S = 3600.0
 _NO_STRAIN_COVERAGE = {"peeq_final": None, "peeq_final_reason": "told by the cell model alone"}
 
 
@@ -55,6 +65,61 @@ def target_stage(work: Work) -> tuple[dict, list[str]]:
         stress["arc_height_m"] = float(np.mean(arcs))
     metrics = {"target": {"model": model} | solved.target, "residual_stress": stress, "coverage": solved.coverage}
     return {section: plain(values) for section, values in metrics.items()}, ["stress_profile.csv", *solved.files]
+
+
+def expected_work(scene: Scene) -> dict:
+    """What the target stage will have to do, before there is a dimple or a log: to a factor of two.
+
+    impacts_in_cell: in the square of a cell, whatever the model; impacts: in one patch of the model; seconds: of all
+    patches; memory_GB: of a block, else None.
+    """
+    (nozzle, shots), (width, height) = reference_impact(scene), scene.target.window_m
+    radius = estimated_dimple_radius_m(shots, nozzle.normal_speed_m_s, scene.target.material)
+    per_area = expected_impacts(scene, -0.5 * width, 0.5 * width, -0.5 * height, 0.5 * height) / (width * height)
+    in_cell = per_area * (scene.accuracy.cell_side_in_radii * radius) ** 2
+    found = {"impacts_in_cell": in_cell, "impacts": in_cell, "memory_GB": None}
+    if scene.models.target.model == "layers":
+        return found | {"seconds_each": 0.0, "seconds": _LAYERS_S}
+    each = seconds_per_impact(scene.accuracy)
+    if scene.models.target.model == "contact":
+        numerics, each = ContactNumerics(), SECONDS_PER_IMPACT
+        side = min(numerics.side_in_radii * radius, width, height)
+        found["impacts"] = per_area * side**2
+        found["memory_GB"] = make_block(1e3 * radius, 1e3 * side, numerics.elements_per_radius).memory_GB
+    return found | {"seconds_each": each, "seconds": each * found["impacts"] * scene.accuracy.target_patches}
+
+
+def refuse_target(scene: Scene, scene_file: Path) -> None:
+    """Raise InputError for more impacts or memory than the target model can take, before dimple and flow have cost anything."""
+    found = expected_work(scene)
+    refuse_too_long(int(found["impacts"]), found["seconds_each"] / _GUESS, f"target = {scene.models.target.model}")
+    if found["memory_GB"] is not None:
+        limit = min(MEMORY_LIMIT_GB, available_GB())
+        if found["memory_GB"] > limit:
+            raise InputError(
+                f"target = contact: the block needs about {found['memory_GB']:.1f} GB; allowed: {limit:.1f} GB, of what the machine"
+                ' has free. target = "cell" needs a tenth of it'
+            )
+
+
+def target_warnings(scene: Scene, expected: dict, exposure: float) -> list[str]:
+    """Sentences for ``peen check``; expected: as from ``expected_work``; exposure: expected hits per point."""
+    told, model, patches = [], scene.models.target.model, scene.accuracy.target_patches
+    if expected["seconds"] > _LONG_S:
+        told.append(
+            f"target = {model}: some {expected['impacts'] * patches:.0f} impacts will take about {expected['seconds'] / 3600:.1f} h; "
+            'a shorter exposure_time_s, fewer target_patches or target = "layers" is faster'
+        )
+    span = CALIBRATED["exposure"]
+    if model == "layers" and not span.low <= exposure <= span.high:
+        refused = "" if span.least <= exposure <= span.most else f" and refused beyond {span.most:g}"
+        told.append(
+            f"target = layers: about {exposure:.3g} hits per point are expected, calibrated {span.low:g} to {span.high:g}{refused}; "
+            'target = "cell" has no such limit'
+        )
+    if model == "layers" and patches > 1:
+        told.append("accuracy.target_patches has no effect with target = layers, which takes the whole window")
+    return told
 
 
 def _cell(work: Work, impacts: np.ndarray, dimple) -> Solved:

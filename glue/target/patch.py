@@ -128,8 +128,8 @@ def refuse_too_long(impacts: int, seconds_each: float, what: str) -> None:
     if impacts * seconds_each > LONGEST_S:
         raise InputError(
             f"{what}: {impacts} impacts in the patch would take about {impacts * seconds_each / 3600:.0f} h at {seconds_each:.2g} s each; "
-            f"allowed: {LONGEST_S / 3600:.0f} h, some {int(LONGEST_S / seconds_each)} impacts. A shorter exposure_time_s, "
-            'a coarser preset, or target = "layers"'
+            f"allowed: {LONGEST_S / 3600:.0f} h, some {int(LONGEST_S / seconds_each)} impacts. A shorter exposure_time_s "
+            'or target = "layers"'
         )
 
 

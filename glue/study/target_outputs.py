@@ -13,7 +13,10 @@ from glue.target.contact import ContactResult
 from glue.target.fields import read_fields
 from glue.target.own_surface import own_surface
 
-REMARK = "heights and roughness here are of the model's own patch; section roughness and surface.npz of the run, the stamp, are of the whole window"
+REMARK = (
+    "heights and roughness here are of the model's own patch; section roughness and the run's surface.npz, the stamp,"
+    " are of the whole window"
+)
 _KEPT = ("Sa_m", "Sq_m", "Sz_m", "Ssk", "Ssk_reason")
 
 

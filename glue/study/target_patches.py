@@ -47,8 +47,9 @@ def solve_patches(
     faint = target["unresolved_impacts"]
     if faint:
         target["warning"] = (
-            f"{faint} of {target['impacts']} impacts ({target['unresolved_energy_share']:.1%} of the energy) leave dimples finer than"
-            " the mesh: their energy is spent over wider, shallower dents; a finer preset, or a scene with the small shots alone, shows them"
+            f"{faint} of {target['impacts']} impacts ({target['unresolved_energy_share']:.1%} of the energy) leave dimples finer"
+            " than the mesh: their energy is spent over wider, shallower dents; a finer preset, or a scene with the small"
+            " shots alone, shows them"
         )
     return results, target, files
 

@@ -255,7 +255,8 @@ def read_cell(
         history={k: v[1 : count + 1] for k, v in done.items()},
         surface_x_m=surface["x_mm"] * 1e-3, surface_y_m=surface["y_mm"] * 1e-3, surface_z_m=surface["u_z"] * 1e-3,
         patch=patch, side_m=side_m, floor_m=1e-3 * bounds[-1], impacts=count, dofs=int(result["dofs"]), wall_s=float(result["wall_s"]),
-        unresolved_impacts=int(faint.sum()), unresolved_energy_share=float(patch.energy_J[:count][faint].sum() / patch.energy_J[:count].sum()),
+        unresolved_impacts=int(faint.sum()),
+        unresolved_energy_share=float(patch.energy_J[:count][faint].sum() / patch.energy_J[:count].sum()),
     )  # fmt: skip
 
 

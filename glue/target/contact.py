@@ -129,8 +129,8 @@ def solve_contact(
     each of ``snapshots`` impacts (rising; those beyond the patch's impacts are left out) and after all of them.
 
     law: the material's combined one when None.  patch: one of side ``patch_side_m`` chosen before.  resume: tables that a
-    run of the same inputs finished in ``workdir`` are read, nothing is run.  Writes driver, log, tables and a checkpoint into ``workdir``; a run that
-    was stopped goes on after its last whole impact when called again with the same inputs.
+    run of the same inputs finished in ``workdir`` are read, nothing is run.  Writes driver, log, tables and a checkpoint into
+    ``workdir``; a run that was stopped goes on after its last whole impact when called again with the same inputs.
     Raises InputError (window or memory too small, no impact, one outside the patch, too many), SolverFailed, NotConverged.
     """
     side = patch_side_m(dimple, window_m, numerics)

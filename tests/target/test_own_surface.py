@@ -40,7 +40,8 @@ def test_a_blocks_surface_is_taken_where_its_nodes_lie_now(tmp_path):
 
 
 def tetrahedron(folder, volume_mm3: float) -> None:
-    table(folder / "vertices-1.csv", x_mm=[0, 1, 0, 0], y_mm=[0, 0, 1, 0], z_mm=[0, 0, 0, -1], u_x=[0, 0, 0, 0], u_y=[0, 0, 0, 0], u_z=[-0.1, 0, 0, 0])
+    table(folder / "vertices-1.csv", x_mm=[0, 1, 0, 0], y_mm=[0, 0, 1, 0], z_mm=[0, 0, 0, -1], u_x=[0] * 4, u_y=[0] * 4,
+          u_z=[-0.1, 0, 0, 0])  # fmt: skip
     (folder / "elements.csv").write_text("a,b,c,d\n0,1,2,3\n")
     values = {name: [100.0, 200.0, 300.0, 400.0] for name in ("s_xx", "s_yy", "s_zz", "s_xy", "s_yz", "s_zx", "peeq")}
     table(folder / "points-1.csv", x_mm=[0] * 4, y_mm=[0] * 4, z_mm=[0] * 4, volume_mm3=[volume_mm3 / 4] * 4, **values)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -22,7 +23,14 @@ from glue.study.unpeened import impacts_to_solve, unpeened
 from glue.surface.stress import plate_balance, profile_metrics
 from glue.target.block import available_GB, make_block
 from glue.target.cell import cell_patches, seconds_per_impact, solve_patch
-from glue.target.contact import MEMORY_LIMIT_GB, SECONDS_PER_IMPACT, ContactNumerics, patch_side_m, solve_contact
+from glue.target.contact import (
+    FINITE_STRAIN_EXPOSURE,
+    MEMORY_LIMIT_GB,
+    SECONDS_PER_IMPACT,
+    ContactNumerics,
+    patch_side_m,
+    solve_contact,
+)
 from glue.target.layers import CALIBRATED, solve_layers
 from glue.target.part import part_profile, strip_arc_height_m
 from glue.target.patch import choose_patches, refuse_too_long
@@ -149,11 +157,14 @@ def _contact(work: Work, impacts: np.ndarray, dimple) -> Solved:
     window = scene.target.window_m
     side = patch_side_m(dimple, window, ContactNumerics())
     patches = choose_patches(impacts, dimple, window, side, scene.accuracy.target_patches)
+    # One kind of strain for all, or their mean and scatter would be of two models.
+    finite = max(patch.exposure for patch in patches) <= FINITE_STRAIN_EXPOSURE
+    numerics = replace(ContactNumerics(), finite_strain=finite)
 
     def solve(patch, folder, progress):
         result = solve_contact(
             scene.target.material, impacts, dimple, window, folder,
-            patch=patch, resume=many, title=scene.name, progress=progress,
+            patch=patch, numerics=numerics, resume=many, title=scene.name, progress=progress,
         )[-1]  # fmt: skip
         write_columns(folder / "restitution.csv", **restitution_columns(impacts, result))
         return result

@@ -28,6 +28,7 @@ HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
 import target_cases as cases
+from target_extremes import extremes
 
 from glue.checkrows import Rows
 from glue.errors import InputError, PeenError
@@ -334,7 +335,7 @@ def laws(rows: Rows) -> None:
 
 # name: (case, minutes it takes on an idle machine of two cores)
 CASES = {"single": (single, 2), "balance": (balance, 0.2), "laws": (laws, 5), "layers": (layers, 0.01), "overlap": (overlap, 20), "surface": (surface, 0.2),
-         "saving": (saving, 0.1), "convergence": (convergence, 5), "many": (many, 6)}  # fmt: skip
+         "saving": (saving, 0.1), "convergence": (convergence, 5), "many": (many, 6), "extremes": (extremes, 8)}  # fmt: skip
 
 
 def main() -> None:

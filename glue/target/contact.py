@@ -84,9 +84,6 @@ class ContactResult:
     sigma_yy_std_Pa: np.ndarray
     peeq: np.ndarray
     peeq_std: np.ndarray
-    # (n,) in-plane stress summed over each whole layer of the block, over the patch's area.  Clamped sides leave no mean
-    # strain, so this is what the same impacts would leave in an evenly peened part as long as few overlap: none is cut off.
-    sigma_of_all_Pa: np.ndarray
     balance_error: float  # see BALANCE_LIMIT
     surface_x_m: np.ndarray  # (m,) nodes of the measured square where they lie now, origin in its middle
     surface_y_m: np.ndarray
@@ -279,7 +276,7 @@ def read_contact(
         depth_m=0.5e-3 * (block.bounds[:-1] + block.bounds[1:]),
         sigma_xx_Pa=mean("s_xx") * 1e6, sigma_yy_Pa=mean("s_yy") * 1e6,
         sigma_xx_std_Pa=spread("s_xx") * 1e6, sigma_yy_std_Pa=spread("s_yy") * 1e6,
-        peeq=mean("peeq"), peeq_std=spread("peeq"), sigma_of_all_Pa=along / block.side**2 * 1e6,
+        peeq=mean("peeq"), peeq_std=spread("peeq"),
         balance_error=float(np.abs(vertical[shallow]).max() / np.abs(along).max()),
         surface_x_m=x[seen] * 1e-3, surface_y_m=y[seen] * 1e-3, surface_z_m=z[seen] * 1e-3,
         history={k: v[:count] for k, v in read_table(workdir / "impacts_done.csv").items()}, patch=patch, measured_side_m=2e-3 * half, floor_m=1e-3 * float(block.bounds[-1]),

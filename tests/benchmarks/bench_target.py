@@ -156,9 +156,8 @@ def dense() -> dict:
                 found[strain].setdefault(c, []).append(result)
                 found["exposure"].setdefault((strain, c), []).append(inside[count - 1])
         found["setup"] = results[-1].setup_s if seed == SEEDS[0] else found["setup"]
-        clock = cases.Clock()
         found["cells"].append(cases.cell(WORK / "target" / f"cell-{seed}", seed, CELL_EXPOSURES))
-        found["cell_s"].append(clock.s)
+        found["cell_s"].append(found["cells"][-1][-1].wall_s)
     found["memory_GB"] = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * 1024e-9
     return found
 
@@ -169,8 +168,7 @@ def overlap(rows: Rows) -> None:
     reached = [cases.exposure_of(r.impacts, cases.cell_side()) for r in got["cells"][0]]
     cells = np.array([[cases.at_depths(r, depth) for r in run] for run in got["cells"]])  # seeds, exposures, depths
 
-    for c in COVERAGES:
-        strain = "finite" if c in FINITE_COVERAGES else "small"
+    for strain, c in [("finite", c) for c in FINITE_COVERAGES] + [("small", c) for c in COVERAGES]:
         blocks = np.array([cases.at_depths(r, depth) for r in got[strain][c]])
         exposures = got["exposure"][strain, c]
         at = np.array([[np.interp(exposures, reached, run[:, k]) for k in range(len(depth))] for run in cells])  # seeds, depths, blocks

@@ -16,7 +16,7 @@ SUDO     := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 export OMP_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-target bench-oblique fit-collisions fit-layers readme
+.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-target bench-oblique fit-collisions fit-layers extremes readme
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -78,6 +78,10 @@ fit-layers: plugin ## the layer model: fit it to periodic cells, judge it on oth
 bench-oblique: plugin ## oblique impacts in three dimensions against the rule for their dimples (10 minutes)
 	@mkdir -p build/bench
 	$(BIN)/python tests/benchmarks/oblique.py --json build/bench/oblique.json
+
+extremes: plugin ## the stability map: 500 cells far past normal use, each right, refused with the range, or red (half an hour; goes on where it was)
+	@mkdir -p build/extremes
+	$(BIN)/python tests/extremes/run.py --json build/extremes/rows.json --cells build/extremes/map.json --picture docs/stability_map.png
 
 README_RUNS := $(addprefix build/readme/,fast balanced reference)
 $(README_RUNS): build/readme/%: plugin

@@ -68,7 +68,7 @@ def choose_patch(impacts: np.ndarray, dimple, window_m: tuple[float, float], sid
             if best is None or abs(exposure - wanted) < best[0]:
                 best = (abs(exposure - wanted), x0, y0, inside, exposure)
     if best is None:
-        raise InputError("no impact worth solving falls into the window: a longer exposure_time_s is needed")
+        raise InputError("no impact worth solving falls into the window (at least 1): a longer exposure_time_s is needed")
     _, x0, y0, inside, exposure = best
     kept, left_out = inside & felt, inside & ~felt
     total = energy[inside].sum()

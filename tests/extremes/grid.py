@@ -34,14 +34,14 @@ ORDINARY = {
     "flow_kg_min": (1e-4, 100.0), "dt_over_P": (0.0, 1.0), "stiffness": (1.0, 1.0), "elements": (3, 12), "exposure": (0.136, 8.05),
     "nu": (0.0, 0.45), "ratio": (1.0, 20.0), "yield_Pa": (200e6, 1e9), "density_kg_m3": (2000.0, 16000.0),
 }  # fmt: skip
-_EXTREME_WORDS = {"none", "no impact"}
+_EXTREME = ("none", "no impact", "ten coincident")
 
 
 def _inside(key: str, value) -> bool:
     if key in ORDINARY:
         low, high = ORDINARY[key]
         return low <= value <= high
-    return not (isinstance(value, str) and value in _EXTREME_WORDS)
+    return key != "accuracy" and value not in _EXTREME  # numbers that no preset has are past normal use
 
 
 def _cross(family: str, panel: str, rows: dict[str, dict], columns: dict[str, dict], **common) -> Iterator[Cell]:
@@ -100,7 +100,7 @@ def _dent() -> Iterator[Cell]:
     yield from _cross("effect", "one impact: more physics", {p: {"physics": [p]} for p in ("inertia", "friction", "elastic_shot", "thermal")},
                       _axis("speed_m_s", (5.0, 60.0, 300.0), "m/s"), material="al2024-t351")  # fmt: skip
     yield from _cross("mesh", "one impact: coarse and anisotropic meshes", _axis("elements", (1, 2, 3, 4), "per radius"),
-                      {"even": {"growth": 0.1}, "as always": {"growth": 0.3}, "coarse at once": {"growth": 1.0}}, speed_m_s=60.0)  # fmt: skip
+                      {"as always": {"growth": 0.3}, "coarse at once": {"growth": 1.0}}, speed_m_s=60.0)  # fmt: skip
     for key, ends in (("speed_m_s", [1.0, 5.0, 20.0, 60.0, 120.0, 300.0]), ("yield_Pa", [200e6, 1e9, 3e9])):
         falls = key == "yield_Pa"
         for label, law in (("50 MPa", {"yield_Pa": 50e6}), ("1 GPa", {"yield_Pa": 1e9}), ("60 m/s", {}), ("120 m/s", {})):
@@ -110,7 +110,7 @@ def _dent() -> Iterator[Cell]:
                 yield Cell("order", "one impact: monotone", "over yield stress" if falls else "over speed", label,
                            {"axis": key, "values": stop, "radius": "falls" if falls else "rises", "speed_m_s": speed, **law})  # fmt: skip
     yield from _cross("hits", "ten coincident impacts", {"2024, unbounded law": {"bounded": False}, "2024, bounded law": {"bounded": True}},
-                      _axis("speed_m_s", (20.0, 60.0), "m/s"), hits=10)  # fmt: skip
+                      _axis("speed_m_s", (60.0,), "m/s"), hits=10)  # fmt: skip
     yield from _cross("no_dimple", "no dimple below first yield", {"3 GPa": {"yield_Pa": 3e9}}, _axis("speed_m_s", (1.0, 2.0), "m/s"))
 
 

@@ -153,7 +153,7 @@ def cells(short: bool = False) -> list[Cell]:
     everything = [*_stream(), *_contact(), *_surface(), *_dent(), *_target_cell()]
     if not short:
         return everything
-    dear = {"dent": 3, "effect": 1, "mesh": 1, "layers": 3, "no_dimple": 1}
+    dear = {"stream": 6, "collisions": 2, "flight": 4, "dent": 2, "effect": 1, "mesh": 1, "layers": 2, "no_dimple": 1}
     left_out = {"order", "hits", "target_cell"}
     taken: list[Cell] = []
     for family in dict.fromkeys(c.family for c in everything):

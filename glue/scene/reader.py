@@ -183,17 +183,18 @@ def _read_models(top: Table) -> Models:
 
 
 def _read_accuracy(top: Table, preset: str | None) -> Accuracy | None:
-    """The file's preset; a run's own ``preset`` takes its place, but the file's is checked all the same."""
+    """The file's preset and number of patches; a run's own ``preset`` takes its place, but the file's is checked all the same."""
     table = top.optional_table("accuracy")
-    word = None
+    word, patches = None, None
     if table is not None:
         table.refuse_others(schema.ACCURACY, elsewhere=schema.BELONGS_IN)
         if preset is None or "preset" in table:
             word = table.get("preset", schema.ACCURACY["preset"])
+        patches = table.get("target_patches", schema.ACCURACY["target_patches"])
     if preset is not None:
         word = preset
         problem = schema.ACCURACY["preset"].problem(preset)
         if problem:
             top.log.problems.append(f"accuracy preset given for this run: {problem}")
             return None
-    return PRESETS[word] if word else None
+    return dataclasses.replace(PRESETS[word], target_patches=patches) if word and patches else None

@@ -170,7 +170,10 @@ MODELS = {
         "the layer model at preset fast, else the periodic cell",
     ),
 }
-ACCURACY = {"preset": Word(tuple(PRESETS), DEFAULT_PRESET, "choice of this project")}
+ACCURACY = {
+    "preset": Word(tuple(PRESETS), DEFAULT_PRESET, "choice of this project"),
+    "target_patches": Integer(1, 64, 1, "one patch of the window stands for all; choice of this project"),
+}
 
 TOP_NOT_BUILT = {
     "coverage_percent": not_built(

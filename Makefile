@@ -16,7 +16,7 @@ SUDO     := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 export OMP_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-target bench-oblique fit-collisions fit-layers readme
+.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-target bench-oblique fit-collisions fit-layers extremes thresholds readme
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -78,6 +78,15 @@ fit-layers: plugin ## the layer model: fit it to periodic cells, judge it on oth
 bench-oblique: plugin ## oblique impacts in three dimensions against the rule for their dimples (10 minutes)
 	@mkdir -p build/bench
 	$(BIN)/python tests/benchmarks/oblique.py --json build/bench/oblique.json
+
+extremes: plugin ## the stability map: 500 cells far past normal use, each right, refused with the range, or red (half an hour; goes on where it was)
+	@mkdir -p build/extremes
+	$(BIN)/python tests/extremes/run.py --json build/extremes/rows.json --cells build/extremes/map.json --picture docs/stability_map.png
+
+thresholds: plugin ## optional physics: each piece swept off and on over its number; what the examples leave out changes nothing (5 minutes)
+	@mkdir -p build/bench; status=0; \
+	$(BIN)/python tests/benchmarks/thresholds.py --json build/bench/thresholds.json || status=1; \
+	$(BIN)/python tests/benchmarks/left_out.py --json build/bench/left_out.json || status=1; exit $$status
 
 README_RUNS := $(addprefix build/readme/,fast balanced reference)
 $(README_RUNS): build/readme/%: plugin

@@ -24,6 +24,7 @@ from glue.study.coverage_stage import refuse_window
 from glue.study.dimple_stage import other_speeds, refuse_dimple, scene_physics
 from glue.study.exposure import expected_hits, mean_square_diameter_m2
 from glue.study.flow_stage import refuse_flow, restitution_estimate
+from glue.study.pieces import pieces
 from glue.study.pipeline import choices, default_out
 from glue.study.reference import reference_impact
 from glue.study.target_stage import expected_work, refuse_target, target_warnings
@@ -55,8 +56,7 @@ def check(scene: Scene, scene_file: Path | None = None) -> dict:
     physics = resolve_physics(scene)
     impact = scene_physics(scene)
     flow = choose_flow(scene, e)
-    areas = _dimple_areas_m2(scene)
-    hits = expected_hits(scene, areas)
+    hits = expected_hits(scene, _dimple_areas_m2(scene))
     exposure = float(hits.hits[-1].mean())
     normal_speed = nozzle.normal_speed_m_s * _speed_kept(scene, nozzle, shots)
     radius = estimated_dimple_radius_m(shots, normal_speed, target.material)
@@ -65,6 +65,7 @@ def check(scene: Scene, scene_file: Path | None = None) -> dict:
     work = expected_work(scene)
     in_cell = work["impacts_in_cell"]
     per_pass = _per_pass(scene, half)
+    optional = pieces(scene, e, exposure)
     return {
         "name": scene.name,
         "run_directory": str(default_out(scene)),
@@ -91,6 +92,7 @@ def check(scene: Scene, scene_file: Path | None = None) -> dict:
         "target_cost_estimate_s": work["seconds"],
         "warnings": [*flow.warnings, *_warnings(in_cell, per_pass), *target_warnings(scene, work, exposure)],
         "physics": {block: vars(choice) for block, choice in (physics.choices | impact.choices).items()},
+        "pieces": [vars(piece) | {"misfit": piece.misfit} for piece in optional],
         "dimple_speeds_m_s": sorted([*other_speeds(scene), nozzle.normal_speed_m_s]),
         "choices": choices(scene),
         "accuracy": vars(scene.accuracy),

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from glue.scene.model import Scene
 from glue.study.check import check
+from glue.study.pieces import table_text
 
 
 def check_text(scene: Scene, scene_file: Path | None = None) -> str:
@@ -22,6 +23,9 @@ def check_text(scene: Scene, scene_file: Path | None = None) -> str:
         *(f"  {stage:<11} {choice['model']:<14} {choice['why']}" for stage, choice in c["choices"].items()),
         f"  accuracy    {scene.accuracy.preset:<14} "
         + ", ".join(f"{k} {v:g}" for k, v in c["accuracy"].items() if k != "preset"),
+        "",
+        "Optional physics, all of it",
+        *table_text(c["pieces"]),
         "",
         "Defaults used" if scene.defaults_used else "No defaults used: the scene says everything",
         *(f"  {line}" for line in scene.defaults_used),

@@ -76,7 +76,7 @@ def choose_patches(impacts: np.ndarray, dimple, window_m: tuple[float, float], s
             if (inside & felt).any():  # a sparse log leaves tiles empty; they stand for nothing
                 found.append((area[inside].sum() / side_m**2, i, j))
     if not found:
-        raise InputError("no impact worth solving falls into the window: a longer exposure_time_s is needed")
+        raise InputError("no impact worth solving falls into the window (at least 1): a longer exposure_time_s is needed")
     if len(found) < wanted:
         raise InputError(
             f"accuracy.target_patches: {wanted} patches of {side_m:.3g} m are asked for, {len(found)} of the window's "

@@ -183,11 +183,15 @@ def _read_models(top: Table) -> Models:
 
 
 def _read_accuracy(top: Table, preset: str | None) -> Accuracy | None:
-    """The file's preset; a run's own ``preset`` takes its place, but the file's is checked all the same."""
+    """The file's preset with the numbers that the file states itself.
+
+    A run's own ``preset`` takes the place of the file's, which is checked all the same; stated numbers hold with either.
+    """
     table = top.optional_table("accuracy")
-    word = None
+    word, own = None, {}
     if table is not None:
         table.refuse_others(schema.ACCURACY, elsewhere=schema.BELONGS_IN)
+        own = {key: table.get(key, schema.ACCURACY[key]) for key in schema.ACCURACY if key != "preset" and key in table}
         if preset is None or "preset" in table:
             word = table.get("preset", schema.ACCURACY["preset"])
     if preset is not None:
@@ -196,4 +200,4 @@ def _read_accuracy(top: Table, preset: str | None) -> Accuracy | None:
         if problem:
             top.log.problems.append(f"accuracy preset given for this run: {problem}")
             return None
-    return PRESETS[word] if word else None
+    return dataclasses.replace(PRESETS[word], **own) if word and None not in own.values() else None

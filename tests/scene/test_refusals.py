@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from glue.scene.catalogue import material_keys, shot_grades
+from glue.scene.schema import ACCURACY
 
 TOP_KEYS = (
     "schema, name, seed, exposure_time_s, arrivals, shots, nozzle, target, restitution, friction, gravity, air_drag, "
@@ -130,7 +131,7 @@ UNKNOWN = {
     ("friction.shotshot", "0.4"): 'unknown key; did you mean "shot_shot"? allowed: shot_target, shot_shot, '
     "in_dimple",
     ("models.flows", '"auto"'): 'unknown key; did you mean "flow"? allowed: flow, dimple, target',
-    ("accuracy.prest", '"fast"'): 'unknown key; did you mean "preset"? allowed: preset',
+    ("accuracy.prest", '"fast"'): 'unknown key; did you mean "preset"? allowed: ' + ", ".join(ACCURACY),
     ("accuracy.preset", '"Fast"'): 'unknown value "Fast"; did you mean "fast"? '
     'allowed "fast", "balanced", "reference"',
     ("models.target", '"cel"'): 'unknown value "cel"; did you mean "cell"? allowed "auto", "layers", "cell", "contact"',

@@ -39,6 +39,7 @@ _EXAMPLES = """examples:
   peen run my.toml --only dimple coverage        these stages and what they need
   peen report runs/mine                          one stage of a run, again if its inputs changed
   peen dimple --material al2024-t351 --speed 60  one impact
+  peen tradeoff my.toml                          what each choice costs and how far off it is, on this scene
   peen dimple --material ti6al4v --speeds 1:120  a library of dimples over the speed
 
 exit codes: 0 done, 2 bad input, 3 a solver failed, 4 a solver did not converge, 130 stopped by Ctrl-C"""
@@ -147,6 +148,12 @@ def _parser() -> argparse.ArgumentParser:
     )
     accuracy(dimple)
 
+    tradeoff = add("tradeoff", _tradeoff, "measure what every choice costs and how far off it is: a scene, or four built-in ones")
+    tradeoff.add_argument("scene", metavar="SCENE", nargs="?")
+    tradeoff.add_argument("--out", metavar="DIR", type=Path, default=Path("build/tradeoff"), help="default %(default)s")
+    tradeoff.add_argument("--only", metavar="GROUP", nargs="+", default=[], help="these groups of rungs, such as dimple flow")
+    tradeoff.add_argument("--quick", action="store_true", help="two cheap groups: what chance and the raster do")
+
     add("doctor", _doctor, "versions; do the plugins load, do both solvers answer; what to do when not")
     return parser
 
@@ -215,6 +222,20 @@ def _dimple(args) -> int:
         print(single.library_text(library))
         if table:
             print("\n" + single.formulas_text(library.material, table))
+    return 0
+
+
+def _tradeoff(args) -> int:
+    from glue.report import tradeoff as report
+    from glue.study.tradeoff.ladders import groups_named, run_ladders
+
+    table = run_ladders(args.scene, args.out, groups_named(args.only, args.quick), lambda line: print(line, file=sys.stderr, flush=True))
+    files = report.write_report(table, args.out)
+    if args.json:
+        print(json.dumps(table, indent=1))
+    else:
+        print("\n\n".join(report.markdown(table, scene) for scene in table["scenes"]))
+        print("\n".join(["", "Files", *(f"  {file}" for file in files)]))
     return 0
 
 

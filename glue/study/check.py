@@ -57,8 +57,7 @@ def check(scene: Scene, scene_file: Path | None = None) -> dict:
     physics = resolve_physics(scene)
     impact = scene_physics(scene)
     flow = choose_flow(scene, e)
-    areas = _dimple_areas_m2(scene)
-    hits = expected_hits(scene, areas)
+    hits = expected_hits(scene, _dimple_areas_m2(scene))
     exposure = float(hits.hits[-1].mean())
     normal_speed = nozzle.normal_speed_m_s * _speed_kept(scene, nozzle, shots)
     radius = estimated_dimple_radius_m(shots, normal_speed, target.material)
@@ -99,6 +98,11 @@ def check(scene: Scene, scene_file: Path | None = None) -> dict:
         "accuracy": vars(scene.accuracy),
         "defaults_used": list(scene.defaults_used),
     }
+
+
+def mean_hits_estimate(scene: Scene) -> float:
+    """Hits per point of the window at the end of the exposure, with dimples of estimated size."""
+    return float(expected_hits(scene, _dimple_areas_m2(scene)).hits[-1].mean())
 
 
 def _dimple_areas_m2(scene: Scene) -> np.ndarray:

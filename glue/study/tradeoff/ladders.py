@@ -1,0 +1,50 @@
+"""``peen tradeoff``: the ladders of one scene or of the built-in set, measured and written into a table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from glue.errors import InputError
+from glue.scene.reader import example_path
+from glue.study.pipeline import find_scene
+from glue.study.tradeoff.errors import rows_of, scatter_of
+from glue.study.tradeoff.jobs import jobs_of
+from glue.study.tradeoff.ladder import BUILT_IN, GROUPS, QUICK, Group
+from glue.study.tradeoff.measure import measure
+from glue.study.tradeoff.table import read_table, scene_entry, write_table
+
+TABLE = "measured.json"
+
+
+def groups_named(names: Sequence[str], quick: bool) -> tuple[Group, ...]:
+    """The groups of these names, all where none is given.  Raises InputError for a name that is none."""
+    known = {g.name: g for g in GROUPS}
+    if unknown := [n for n in names if n not in known]:
+        raise InputError(f"--only: no group {', '.join(unknown)}; allowed: {', '.join(known)}")
+    wanted = names or (QUICK if quick else known)
+    return tuple(g for g in GROUPS if g.name in wanted)
+
+
+def run_ladders(
+    scene: str | None, out: Path, groups: tuple[Group, ...], progress: Callable[[str], None] = lambda line: None
+) -> dict:
+    """Measure the ladders into ``out``, scene by scene, and return the table ``out``/measured.json.
+
+    Groups and scenes measured before stay in the table.  Raises InputError for a scene that cannot be read.
+    """
+    files = [find_scene(scene)] if scene else [example_path(name) for name in BUILT_IN]
+    ladders = [jobs_of(file, groups, out) for file in files]  # all of them first: a bad scene must cost no time
+    for file, jobs in zip(files, ladders, strict=True):
+        found = measure(jobs, progress)
+        rows, scatter = rows_of(jobs, found), scatter_of(jobs, found)
+        old = _old(out / TABLE, file.stem)
+        measured = {g.name for g in groups}
+        rows = [r for r in old["rows"] if r["group"] not in measured] + rows
+        write_table(out / TABLE, {file.stem: scene_entry(file, rows, old["scatter"] | scatter)})
+    return read_table(out / TABLE)
+
+
+def _old(table: Path, scene: str) -> dict:
+    nothing = {"rows": [], "scatter": {}}
+    return read_table(table)["scenes"].get(scene, nothing) if table.exists() else nothing

@@ -16,7 +16,7 @@ SUDO     := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 export OMP_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-target bench-oblique fit-collisions fit-layers readme
+.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-target bench-oblique bench-uncertainty tradeoff fit-collisions fit-layers readme
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -74,6 +74,13 @@ bench-target: plugin ## contact block, periodic cell, layers and stamp against e
 fit-layers: plugin ## the layer model: fit it to periodic cells, judge it on others (15 minutes; cells are kept in build/bench/layers)
 	@mkdir -p build/bench
 	$(BIN)/python tests/benchmarks/layers_fit.py --json build/bench/layers_fit.json
+
+tradeoff: plugin ## what every choice costs and how far off it is, on four scenes (an hour); goes on where it was stopped [TRADE=al2024-s390, --only GROUP]
+	$(BIN)/peen tradeoff $(TRADE)
+
+bench-uncertainty: plugin ## stated 95 % intervals against other seeds' results, mean width (10 minutes)
+	@mkdir -p build/bench
+	$(BIN)/python tests/benchmarks/bench_uncertainty.py --json build/bench/uncertainty.json
 
 bench-oblique: plugin ## oblique impacts in three dimensions against the rule for their dimples (10 minutes)
 	@mkdir -p build/bench

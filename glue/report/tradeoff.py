@@ -7,6 +7,7 @@ import io
 from pathlib import Path
 
 from glue.study.tradeoff.errors import bound
+from glue.study.tradeoff.ladder import STAGES
 from glue.study.tradeoff.quantities import BY_NAME, QUANTITIES
 
 _STAGE_COLOURS = {
@@ -57,7 +58,7 @@ def markdown(table: dict, scene: str) -> str:
             cells = [_value(row, q) for q in shown]
         else:
             title = f"{row['factor']} {row['level']}" + (" (physics)" if row["physics"] else "")
-            cells = [error_text(row["quantities"].get(q.name), q.scale == "one") for q in shown]
+            cells = [error_text(row["quantities"].get(q.name), q.scale == "one") if _bears(row, q) else "" for q in shown]
         if row["failed"]:
             title += " **failed**"
         cost = "–" if row["cpu_s"] is None else f"{row['cpu_s']:.3g}"
@@ -69,6 +70,13 @@ def markdown(table: dict, scene: str) -> str:
 def _value(row: dict, q) -> str:
     found = row["quantities"].get(q.name)
     return "" if found is None else f"{found['value'] * q.factor:.{q.digits}f} {q.unit}".strip().replace("-", "−")
+
+
+def _bears(row: dict, q) -> bool:
+    """Can the stage that the row judges change the quantity at all?"""
+    if row["stage"] == "seeds":
+        return q.stage != "dimple"
+    return row["stage"] == "whole" or STAGES.index(q.stage) >= STAGES.index(row["stage"])
 
 
 def error_text(found: dict | None, points: bool = False) -> str:

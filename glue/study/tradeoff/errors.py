@@ -23,7 +23,7 @@ HIDDEN = 2.0  # standard errors
 def rows_of(jobs: Sequence[Job], found: Sequence[dict]) -> list[dict]:
     """A row for each rung of one scene; ``found``: what each of ``jobs`` measured, in their order.
 
-    {"group", "stage", "factor", "level", "physics", "changes", "seeds", "wall_s", "cpu_s", "memory_bytes", "failed",
+    {"group", "stage", "factor", "level", "physics", "changes", "seeds", "wall_s", "cpu_s", "memory_bytes", "work", "failed",
     "quantities": {name: {"value", "error", "se", "hidden", "scatter"}}}; se and scatter are None for a single seed.  A
     reference is a row too, without errors.
     """
@@ -39,24 +39,22 @@ def rows_of(jobs: Sequence[Job], found: Sequence[dict]) -> list[dict]:
     return rows
 
 
-def scatter_of(jobs: Sequence[Job], found: Sequence[dict]) -> dict[str, dict]:
-    """Standard deviation of one run over seeds, relative to the scale: {quantity: {"sd", "seeds", "group", "value"}}.
+def scatter_of(jobs: Sequence[Job], found: Sequence[dict], group: str) -> dict[str, dict]:
+    """Standard deviation of one run over seeds, relative to the scale: {quantity: {"sd", "seeds", "value"}}.
 
-    Over all seeds of the groups that have nothing but chance in them, on the whole window; their references count too.
+    Over all seeds of ``group``, whose runs have nothing but chance between them, its reference's too; windows that are cut
+    apart.
     """
     values: dict[str, list[float]] = {}
     scale: dict[str, list[float]] = {}
-    where: dict[str, str] = {}
     for job, result in zip(jobs, found, strict=True):
-        if job.group.stage == "seeds" and (job.rung is None or not job.rung.changes):
+        if job.group.name == group and (job.rung is None or not job.rung.changes):
             for name, value in result["values"].items():
                 if name in result["scales"]:
                     values.setdefault(name, []).append(value)
                     scale.setdefault(name, []).append(result["scales"][name])
-                    where[name] = job.group.name
     return {
-        name: {"sd": float(np.std(v, ddof=1) / np.mean(scale[name])), "seeds": len(v), "group": where[name],
-               "value": float(np.mean(v))}
+        name: {"sd": float(np.std(v, ddof=1) / np.mean(scale[name])), "seeds": len(v), "value": float(np.mean(v))}
         for name, v in values.items() if len(v) >= 3
     }  # fmt: skip
 
@@ -70,6 +68,10 @@ def _row(group: Group, rung: Rung | None, results: dict[int, dict], reference: d
         "level": rung.level if rung else "", "physics": bool(rung and rung.physics),
         "changes": group.base | (rung.changes if rung else group.reference), "seeds": len(good), "failed": failed,
         **{key: _cost(group, good.values(), key) for key in ("wall_s", "cpu_s", "memory_bytes")},
+    }  # fmt: skip
+    judged["work"] = {
+        name: float(np.mean([r["work"][name] for r in good.values() if name in r["work"]]))
+        for name in ("flow", "target", "window") if any(name in r["work"] for r in good.values())
     }  # fmt: skip
     names = [n for n in BY_NAME if any(n in r["values"] for r in good.values())]
     judged["quantities"] = {n: _error(group, n, good, right, rung is None) for n in names}

@@ -87,13 +87,15 @@ def _shorter(content: bytes, share: float) -> dict:
 def run_job(job: Job, progress=lambda stage, fraction, text: None) -> dict:
     """Run the job, or find it done; what it measured.
 
-    {"values", "scales": by quantity; "wall_s", "cpu_s", "memory_bytes": by stage; "failed": None or why}.  A rung that a solver
+    {"values", "scales": by quantity; "wall_s", "cpu_s", "memory_bytes": by stage; "work": impacts of flow, target, window;
+    "failed": None or why}.  A rung that a solver
     cannot do is a result, not an end; Ctrl-C goes through.
     """
     try:
         path = pipeline.run(str(job.scene_file), job.folder, only=job.group.own, progress=progress, content=job.content)
     except PeenError as problem:
-        return {"values": {}, "scales": {}, "wall_s": {}, "cpu_s": {}, "memory_bytes": {}, "failed": str(problem).split("\n  log:")[0]}
+        nothing = {key: {} for key in ("values", "scales", "wall_s", "cpu_s", "memory_bytes", "work")}
+        return nothing | {"failed": str(problem).split("\n  log:")[0]}
     return reading(path)
 
 
@@ -106,7 +108,9 @@ def reading(path: Path) -> dict:
     solved = metrics.get("dimple", {}).get("wall_s", 0.0)  # what the impacts took when they were solved, cached since or not
     for cost in (cpu, wall):
         cost["dimple"] = max(cost.get("dimple", 0.0), solved)
+    counts = {"flow": ("flow", "impacts"), "target": ("target", "impacts"), "window": ("coverage", "impacts_in_window")}
     return {
+        "work": {name: metrics[s][key] for name, (s, key) in counts.items() if metrics.get(s, {}).get(key) is not None},
         "values": values(metrics), "scales": scales(metrics), "wall_s": wall, "cpu_s": cpu, "failed": None,
         "memory_bytes": {name: record["peak_memory_bytes"] for name, record in stages.items()},
     }  # fmt: skip

@@ -124,12 +124,18 @@ CHANCE = Group(
     ),
     seeds=8, paired=False, own=("dimple", "flow", "coverage", "surface"),
 )  # fmt: skip
-PATCHES = Group(
-    "patches", "seeds", _CHEAP | _CELL | _accuracy(cell_elements_per_side=5, cell_load_steps=2),
-    reference={"seed_offset": 1000},
-    rungs=(Rung("patch of the cell", "4.8 radii", {}),),
-    hits=1.2, seeds=6, paired=False, own=("dimple", "flow", "target"),
-)  # fmt: skip
+_PATCH_SIDE = 4.8
+
+
+def _patches(name: str, hits: float) -> Group:
+    return Group(
+        name, "seeds", _CHEAP | _CELL | _accuracy(cell_side_in_radii=_PATCH_SIDE, cell_elements_per_side=5, cell_load_steps=2),
+        reference={"seed_offset": 1000}, rungs=(Rung("patch of the cell", f"{_PATCH_SIDE:g} radii, {hits:g} hits", {}),),
+        hits=hits, seeds=6, paired=False, own=("dimple", "flow", "target"),
+    )  # fmt: skip
+
+
+PATCHES = (_patches("patches", 1.2), _patches("patches-full", 4.0))
 WHOLE = Group(
     "whole", "whole", {},
     reference={
@@ -146,6 +152,7 @@ WHOLE = Group(
     hits=3.0, seeds=2,
 )  # fmt: skip
 
-GROUPS = (COVERAGE, SURFACE, CHANCE, PATCHES, FLOW, DIMPLE, TARGET, WHOLE, BLOCK)
+GROUPS = (COVERAGE, SURFACE, CHANCE, *PATCHES, FLOW, DIMPLE, TARGET, WHOLE, BLOCK)
+PATCH_SIDE_IN_RADII = _PATCH_SIDE
 BUILT_IN = ("al2024-s390", "al2024-s110", "steel4340-s390", "mixed-s230-s390-traverse")
 QUICK = ("coverage", "chance")

@@ -10,7 +10,7 @@ from glue.scene.reader import example_path
 from glue.study.pipeline import find_scene
 from glue.study.tradeoff.errors import rows_of, scatter_of
 from glue.study.tradeoff.jobs import jobs_of
-from glue.study.tradeoff.ladder import BUILT_IN, GROUPS, QUICK, Group
+from glue.study.tradeoff.ladder import BUILT_IN, CHANCE, GROUPS, PATCHES, QUICK, Group
 from glue.study.tradeoff.measure import measure
 from glue.study.tradeoff.table import read_table, scene_entry, write_table
 
@@ -37,14 +37,14 @@ def run_ladders(
     ladders = [jobs_of(file, groups, out) for file in files]  # all of them first: a bad scene must cost no time
     for file, jobs in zip(files, ladders, strict=True):
         found = measure(jobs, progress)
-        rows, scatter = rows_of(jobs, found), scatter_of(jobs, found)
-        old = _old(out / TABLE, file.stem)
-        measured = {g.name for g in groups}
-        rows = [r for r in old["rows"] if r["group"] not in measured] + rows
-        write_table(out / TABLE, {file.stem: scene_entry(file, rows, old["scatter"] | scatter)})
+        old, measured = _old(out / TABLE, file.stem), {g.name for g in groups}
+        rows = [r for r in old["rows"] if r["group"] not in measured] + rows_of(jobs, found)
+        scatter = scatter_of(jobs, found, CHANCE.name) or old["scatter"]
+        patches = {g.name: s for g in PATCHES if (s := scatter_of(jobs, found, g.name) or old["patches"].get(g.name))}
+        write_table(out / TABLE, {file.stem: scene_entry(file, rows, scatter, patches)})
     return read_table(out / TABLE)
 
 
 def _old(table: Path, scene: str) -> dict:
-    nothing = {"rows": [], "scatter": {}}
+    nothing = {"rows": [], "scatter": {}, "patches": {}}
     return read_table(table)["scenes"].get(scene, nothing) if table.exists() else nothing

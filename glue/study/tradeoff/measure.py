@@ -9,7 +9,7 @@ from glue import stopping
 from glue.study.tradeoff.jobs import Job, run_job
 
 # Seconds a run takes, for the time left until enough was measured; references by REFERENCE_TIMES.
-_GUESS_S = {"coverage": 3, "chance": 4, "surface": 3, "patches": 8, "flow": 8, "dimple": 12, "target": 15, "block": 40, "whole": 60}
+_GUESS_S = {"coverage": 3, "chance": 4, "surface": 3, "patches": 5, "patches-full": 15, "flow": 8, "dimple": 12, "target": 15, "block": 40, "whole": 60}
 _REFERENCE_TIMES = {"flow": 4.0, "dimple": 12.0, "target": 4.0, "block": 4.0, "whole": 5.0}
 
 

@@ -19,6 +19,7 @@ from glue.scene.model import Scene
 from glue.scene.reader import read_scene
 from glue.study.check import mean_hits_estimate
 from glue.study.reference import reference_impact
+from glue.study.tradeoff.ladder import PATCH_SIDE_IN_RADII, PATCHES
 from glue.theory.impact_scale import REPRESENTATIVE_STRAIN
 
 SCHEMA = 1
@@ -49,7 +50,7 @@ def provenance(commandline: list[str]) -> dict:
 
 
 def write_table(path: Path, scenes: dict[str, dict]) -> None:
-    """``scenes``: {name: {"features", "scatter", "rows"}}; a table that is there keeps its other scenes."""
+    """``scenes``: {name: {"features", "scatter", …}} (see ``scene_entry``); a table that is there keeps its other scenes."""
     kept = read_table(path)["scenes"] if path.exists() else {}
     table = {"schema": SCHEMA, "provenance": provenance(["peen", *sys.argv[1:]]), "scenes": kept | scenes}
     write_text_atomic(path, json.dumps(table, indent=1, allow_nan=False) + "\n")
@@ -83,10 +84,15 @@ def nearest(scene: Scene, table: dict) -> tuple[str, float]:
     return min(((name, distance(name)) for name in table["scenes"]), key=lambda pair: pair[1])
 
 
-def scene_entry(scene_file: Path, rows: list[dict], scatter: dict) -> dict:
-    """A scene's part of the table."""
+def scene_entry(scene_file: Path, rows: list[dict], scatter: dict, patches: dict[str, dict]) -> dict:
+    """A scene's part of the table; ``patches``: {group: scatter} of patches at different exposures."""
     scene = read_scene(scene_file)
-    return {"features": features(scene), "window_m": list(scene.target.window_m), "scatter": scatter, "rows": rows}
+    return {
+        "features": features(scene), "window_m": list(scene.target.window_m), "scatter": scatter,
+        "patch_side_in_radii": PATCH_SIDE_IN_RADII,
+        "patches": patches, "patch_hits": {g.name: g.hits for g in PATCHES if g.name in patches},
+        "rows": rows,
+    }  # fmt: skip
 
 
 def _processor() -> str:

@@ -123,6 +123,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     accuracy(run)
     run.add_argument("--only", metavar="STAGE", nargs="+", default=[], help="these stages and what they need")
+    run.add_argument("--target-error", metavar="E", help="such as 5%%: the cheapest models and numbers whose measured error fits")
+    run.add_argument("--budget", metavar="T", help="such as 60s or 5min: the most exact that fits")
 
     for name, help_text in _STAGE_COMMANDS.items():
         stage = add(name, _stage, f"{help_text} (a stage of an existing run)")
@@ -173,7 +175,13 @@ def _check(args) -> int:
 def _run(args) -> int:
     from glue.study import pipeline
 
-    path = pipeline.run(args.scene, args.out, args.accuracy, args.only, Progress())
+    content = None
+    if args.target_error is not None or args.budget is not None:
+        from glue.study.tradeoff.wishes import chosen_scene
+
+        content, told = chosen_scene(args.scene, args.target_error, args.budget, args.accuracy, args.only)
+        print(told, file=sys.stderr, flush=True)
+    path = pipeline.run(args.scene, args.out, args.accuracy, args.only, Progress(), content=content)
     return _show(path, args.json)
 
 

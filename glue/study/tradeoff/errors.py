@@ -23,7 +23,8 @@ HIDDEN = 2.0  # standard errors
 def rows_of(jobs: Sequence[Job], found: Sequence[dict]) -> list[dict]:
     """A row for each rung of one scene; ``found``: what each of ``jobs`` measured, in their order.
 
-    {"group", "stage", "factor", "level", "physics", "changes", "seeds", "wall_s", "cpu_s", "memory_bytes", "work", "failed",
+    {"group", "stage", "factor", "level", "physics", "changes", "seeds", "wall_s", "cpu_s", "memory_bytes", "stage_cpu_s",
+    "work", "failed",
     "quantities": {name: {"value", "error", "se", "hidden", "scatter"}}}; se and scatter are None for a single seed.  A
     reference is a row too, without errors.
     """
@@ -68,6 +69,10 @@ def _row(group: Group, rung: Rung | None, results: dict[int, dict], reference: d
         "level": rung.level if rung else "", "physics": bool(rung and rung.physics),
         "changes": group.base | (rung.changes if rung else group.reference), "seeds": len(good), "failed": failed,
         **{key: _cost(group, good.values(), key) for key in ("wall_s", "cpu_s", "memory_bytes")},
+    }  # fmt: skip
+    judged["stage_cpu_s"] = {
+        s: float(np.mean([r["cpu_s"][s] for r in good.values() if s in r["cpu_s"]]))
+        for s in STAGES if any(s in r["cpu_s"] for r in good.values())
     }  # fmt: skip
     judged["work"] = {
         name: float(np.mean([r["work"][name] for r in good.values() if name in r["work"]]))

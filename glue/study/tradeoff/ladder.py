@@ -103,7 +103,7 @@ TARGET = Group(
                                                  cell_force_tolerance=2e-2)),
         Rung("cell side", "6.4 radii", _accuracy(cell_side_in_radii=6.4, cell_elements_per_side=10)),
     ),
-    hits=1.2, own=("dimple", "flow", "target"),
+    hits=1.2, seeds=2, own=("dimple", "flow", "target"),
 )  # fmt: skip
 BLOCK = Group(
     "block", "target", _CHEAP | _CELL, reference={"models.target": "contact"},
@@ -140,7 +140,7 @@ WHOLE = Group(
     "whole", "whole", {},
     reference={
         "models.flow": "dem", "models.target": "cell", "accuracy.preset": "reference",
-        **_accuracy(flow_dt_over_P=0.2, dimple_elements_per_radius=16, dimple_steps_per_contact=140.0, dimple_speeds=7,
+        **_accuracy(flow_dt_over_P=0.2, dimple_elements_per_radius=16, dimple_steps_per_contact=140.0, dimple_speeds=4,
                     coverage_points_per_radius=60.0, stamp_points_per_radius=32.0, cell_side_in_radii=4.8,
                     cell_elements_per_side=11, cell_load_steps=8, cell_force_tolerance=1e-3),
     },

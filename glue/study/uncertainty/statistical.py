@@ -84,8 +84,8 @@ def surface_halves(z_m: np.ndarray, dx_m: float, dy_m: float, radius_m: float, r
 
     def scatter(key: str, of_mean: bool) -> float:
         values = np.array([part[key] for part in parts])
-        # A part is levelled by itself, which takes some of its roughness: the scatter counts relative to its own mean.
-        scale = abs(roughness[key]) / abs(values.mean()) if key.endswith("_m") else 1.0
+        # A part is levelled by itself, which takes some of its roughness: the scatter of a mean counts relative to its own.
+        scale = abs(roughness[key]) / abs(values.mean()) if of_mean and key.endswith("_m") else 1.0
         return Z95 * float(values.std(ddof=1)) * scale / (cuts if of_mean else 1.0)
 
     return {key: scatter(key, key != "Sz_m") for key in ("Sa_m", "Sq_m", "Sz_m", "Ssk", "Sku") if roughness.get(key) is not None}

@@ -76,7 +76,8 @@ fit-layers: plugin ## the layer model: fit it to periodic cells, judge it on oth
 	$(BIN)/python tests/benchmarks/layers_fit.py --json build/bench/layers_fit.json
 
 tradeoff: plugin ## what every choice costs and how far off it is, on four scenes (an hour); goes on where it was stopped [TRADE=al2024-s390, --only GROUP]
-	$(BIN)/peen tradeoff $(TRADE)
+	$(BIN)/peen tradeoff --jobs $$(nproc) $(TRADE)
+	cp build/tradeoff/measured.json glue/study/tradeoff/measured.json
 
 bench-uncertainty: plugin ## stated 95 % intervals against other seeds' results, mean width (10 minutes)
 	@mkdir -p build/bench

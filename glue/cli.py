@@ -154,6 +154,7 @@ def _parser() -> argparse.ArgumentParser:
     tradeoff.add_argument("scene", metavar="SCENE", nargs="?")
     tradeoff.add_argument("--out", metavar="DIR", type=Path, default=Path("build/tradeoff"), help="default %(default)s")
     tradeoff.add_argument("--only", metavar="GROUP", nargs="+", default=[], help="these groups of rungs, such as dimple flow")
+    tradeoff.add_argument("--jobs", type=int, metavar="N", default=1, help="runs at a time (default %(default)s)")
     tradeoff.add_argument("--quick", action="store_true", help="two cheap groups: what chance and the raster do")
 
     add("doctor", _doctor, "versions; do the plugins load, do both solvers answer; what to do when not")
@@ -237,7 +238,10 @@ def _tradeoff(args) -> int:
     from glue.report import tradeoff as report
     from glue.study.tradeoff.ladders import groups_named, run_ladders
 
-    table = run_ladders(args.scene, args.out, groups_named(args.only, args.quick), lambda line: print(line, file=sys.stderr, flush=True))
+    if args.jobs < 1:
+        raise InputError(f"--jobs {args.jobs}: allowed from 1 up, such as the number of cores")
+    groups = groups_named(args.only, args.quick)
+    table = run_ladders(args.scene, args.out, groups, lambda line: print(line, file=sys.stderr, flush=True), args.jobs)
     files = report.write_report(table, args.out)
     if args.json:
         print(json.dumps(table, indent=1))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from pathlib import Path
 
 from glue.study.tradeoff.errors import bound
@@ -12,7 +13,6 @@ from glue.study.tradeoff.quantities import BY_NAME, QUANTITIES
 
 _STAGE_COLOURS = {
     "dimple": "#0072b2", "flow": "#d55e00", "coverage": "#009e73", "target": "#cc79a7", "surface": "#e69f00", "whole": "#1d1d1d",
-    "seeds": "#8a8a8a",
 }  # fmt: skip
 _FEWEST_POINTS = 4
 
@@ -89,11 +89,13 @@ def error_text(found: dict | None, points: bool = False) -> str:
     return f"{100 * found['error']:+.2g}{unit}".replace("-", "−")
 
 
-def scatter_markdown(table: dict, scene: str) -> str:
-    """What chance alone does to one run of the scene, by quantity."""
+def scatter_markdown(scatter: dict) -> str:
+    """What chance alone does to one run, by quantity."""
     lines = ["| quantity | mean | one run scatters by | seeds |", "|---|---:|---:|---:|"]
-    for name, found in table["scenes"][scene]["scatter"].items():
+    for name, found in scatter.items():
         q = BY_NAME[name]
+        if found["sd"] == 0.0:
+            continue
         unit = "pt" if q.scale == "one" else "%"
         value = f"{found['value'] * q.factor:.{q.digits}f} {q.unit}".strip().replace("-", "−")
         lines.append(f"| {q.label} | {value} | {100 * found['sd']:.2g} {unit} | {found['seeds']} |")
@@ -117,8 +119,10 @@ def write_report(table: dict, out: Path) -> list[Path]:
     out.mkdir(parents=True, exist_ok=True)
     (out / "tradeoff.csv").write_text(csv_text(table), encoding="utf-8")
     parts = ["# Speed against accuracy, measured", "", _heading(table), "", "## Presets", "", presets_markdown(table)]
-    for scene in table["scenes"]:
-        parts += ["", f"## {scene}", "", markdown(table, scene), "", "Chance alone:", "", scatter_markdown(table, scene)]
+    for scene, entry in table["scenes"].items():
+        parts += ["", f"## {scene}", "", markdown(table, scene)]
+        for title, scatter in (("Chance alone", entry["scatter"]), *((f"Chance alone, {g}", s) for g, s in entry["patches"].items())):
+            parts += ["", f"{title}:", "", scatter_markdown(scatter)]
     (out / "tradeoff.md").write_text("\n".join(parts) + "\n", encoding="utf-8")
     files = [out / "tradeoff.csv", out / "tradeoff.md"]
     for scene in table["scenes"]:
@@ -143,11 +147,18 @@ def points_of(table: dict, scene: str, quantity: str) -> list[tuple[dict, float,
         told = row["quantities"].get(quantity)
         if told is None or told["error"] is None or row["physics"] or row["cpu_s"] is None or row["group"] == "block":
             continue
-        if row["stage"] not in ("whole", "seeds", BY_NAME[quantity].stage):
+        if row["stage"] not in ("whole", BY_NAME[quantity].stage):
             continue
         if (size := bound(told)) and size > 0.0:
             found.append((row, row["cpu_s"], size))
     return found
+
+
+def one_run_scatters(table: dict, scene: str, quantity: str) -> float | None:
+    """Standard deviation over seeds of one run at the scene's own window, or of one patch of the cell; None: unknown, or none."""
+    entry = table["scenes"][scene]
+    found = entry["scatter"].get(quantity) or next((p[quantity] for p in entry["patches"].values() if quantity in p), None)
+    return found["sd"] if found and found["sd"] > 0.0 else None
 
 
 def front(points: list[tuple[dict, float, float]]) -> list[tuple[dict, float, float]]:
@@ -174,14 +185,18 @@ def pareto_plot(table: dict, scene: str, q, out: Path) -> Path:
         for hidden in (False, True):
             some = [p for p in mine if p[0]["quantities"][q.name]["hidden"] == hidden]
             if some:
-                label = {"whole": "whole preset", "seeds": "chance"}.get(stage, f"one factor of {stage}")
+                label = "whole preset" if stage == "whole" else f"one factor of {stage}"
                 axes.scatter([p[1] for p in some], [100 * p[2] for p in some], s=38, zorder=3, edgecolors=colour, linewidths=1.4,
                              facecolors="none" if hidden else colour, label=label + (", bound only" if hidden else ""))  # fmt: skip
     edge = front(points)
     axes.plot([p[1] for p in edge], [100 * p[2] for p in edge], color="#8a8a8a", lw=1, zorder=1)
+    middle = math.sqrt(min(p[1] for p in points) * max(p[1] for p in points))
     for k, (row, cost, size) in enumerate(sorted(points, key=lambda p: p[1])):
-        axes.annotate(f"{row['factor']} {row['level']}", (cost, 100 * size), xytext=(5, 5 if k % 2 else -10),
-                      textcoords="offset points", fontsize=7, color="#444")  # fmt: skip
+        side = "right" if cost > middle else "left"  # towards the middle, so that no label runs out of the picture
+        axes.annotate(f"{row['factor']} {row['level']}", (cost, 100 * size), xytext=(-5 if side == "right" else 5, 5 if k % 2 else -10),
+                      ha=side, textcoords="offset points", fontsize=7, color="#444")  # fmt: skip
+    if scatter := one_run_scatters(table, scene, q.name):
+        axes.axhline(100 * scatter, color="#8a8a8a", ls="--", lw=1, zorder=1, label="standard deviation of one run over seeds")
     axes.set(xscale="log", yscale="log", xlabel="processor time [s]", title=f"{scene}: {q.label}",
              ylabel="error [points]" if q.scale == "one" else "error [%]")  # fmt: skip
     axes.margins(0.18)

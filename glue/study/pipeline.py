@@ -93,6 +93,17 @@ def rerun(path: Path, only: Sequence[str], progress: Progress, stages: Sequence[
     return path
 
 
+def is_done(path: Path, only: Sequence[str], stages: Sequence[Stage] | None = None) -> bool:
+    """Would running these stages of the run directory ``path`` find all of them up to date?"""
+    stages = _default_stages() if stages is None else stages
+    try:
+        with RunDirectory.open(path) as folder:
+            scene = read_scene(folder.scene_file, preset=folder.manifest["preset_argument"])
+            return all(folder.is_current(s.name, digest(_inputs(folder, scene, s))) for s in _with_needs(only, stages))
+    except (InputError, KeyError):
+        return False
+
+
 def choices(scene: Scene) -> dict:
     """{stage: {"model", "why"}} for the manifest and for printing; with it the hardening law of each solver.
 

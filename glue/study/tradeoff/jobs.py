@@ -8,9 +8,11 @@ import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
-from glue.errors import PeenError
+from glue import stopping
+from glue.atomic import write_text_atomic
 from glue.scene.derive import changed
 from glue.scene.reader import read_scene, resolved_dict
+from glue.solvers import run_module
 from glue.study import pipeline
 from glue.study.check import mean_hits_estimate
 from glue.study.manifest import read_manifest
@@ -84,19 +86,31 @@ def _shorter(content: bytes, share: float) -> dict:
     return {"exposure_time_s": share * data["exposure_time_s"]}
 
 
-def run_job(job: Job, progress=lambda stage, fraction, text: None) -> dict:
-    """Run the job, or find it done; what it measured.
+def run_job(job: Job) -> dict:
+    """Run the job in a process of its own, or find it done; what it measured.
 
     {"values", "scales": by quantity; "wall_s", "cpu_s", "memory_bytes": by stage; "work": impacts of flow, target, window;
-    "failed": None or why}.  A rung that a solver
-    cannot do is a result, not an end; Ctrl-C goes through.
+    "failed": None or why}.  A rung that a solver cannot do is a result, not an end; Ctrl-C goes through.
     """
-    try:
-        path = pipeline.run(str(job.scene_file), job.folder, only=job.group.own, progress=progress, content=job.content)
-    except PeenError as problem:
-        nothing = {key: {} for key in ("values", "scales", "wall_s", "cpu_s", "memory_bytes", "work")}
-        return nothing | {"failed": str(problem).split("\n  log:")[0]}
-    return reading(path)
+    if not pipeline.is_done(job.folder, job.group.own):
+        log, content = job.folder.with_name(f"{job.folder.name}.log"), job.folder.with_name(f"{job.folder.name}.toml")
+        write_text_atomic(content, job.content.decode())
+        done = run_module(
+            "glue.study.tradeoff.child", [job.scene_file, content, job.folder, *job.group.own], log=log,
+            on_line=lambda line: stopping.check(),
+        )  # fmt: skip
+        stopping.check()
+        if done.exit_code != 0:
+            nothing = {key: {} for key in ("values", "scales", "wall_s", "cpu_s", "memory_bytes", "work")}
+            return nothing | {"failed": _cause(log)}
+    return reading(job.folder)
+
+
+def _cause(log: Path) -> str:
+    """What the run said when it gave up."""
+    text = log.read_text(encoding="utf-8", errors="replace")
+    said = text.rpartition("peen: ")[2] if "peen: " in text else "stopped without a reason"
+    return f"{said.split('  log:')[0].strip()[:300]} (log {log})"
 
 
 def reading(path: Path) -> dict:

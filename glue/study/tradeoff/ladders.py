@@ -27,8 +27,9 @@ def groups_named(names: Sequence[str], quick: bool) -> tuple[Group, ...]:
 
 
 def run_ladders(
-    scene: str | None, out: Path, groups: tuple[Group, ...], progress: Callable[[str], None] = lambda line: None
-) -> dict:
+    scene: str | None, out: Path, groups: tuple[Group, ...], progress: Callable[[str], None] = lambda line: None,
+    at_a_time: int = 1,
+) -> dict:  # fmt: skip
     """Measure the ladders into ``out``, scene by scene, and return the table ``out``/measured.json.
 
     Groups and scenes measured before stay in the table.  Raises InputError for a scene that cannot be read.
@@ -36,7 +37,7 @@ def run_ladders(
     files = [find_scene(scene)] if scene else [example_path(name) for name in BUILT_IN]
     ladders = [jobs_of(file, groups, out) for file in files]  # all of them first: a bad scene must cost no time
     for file, jobs in zip(files, ladders, strict=True):
-        found = measure(jobs, progress)
+        found = measure(jobs, progress, at_a_time=at_a_time)
         old, measured = _old(out / TABLE, file.stem), {g.name for g in groups}
         rows = [r for r in old["rows"] if r["group"] not in measured] + rows_of(jobs, found)
         scatter = scatter_of(jobs, found, CHANCE.name) or old["scatter"]

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 
 from glue import stopping
 from glue.study.tradeoff.jobs import Job, run_job
 
 # Seconds a run takes, for the time left until enough was measured; references by REFERENCE_TIMES.
 _GUESS_S = {"coverage": 3, "chance": 4, "surface": 3, "patches": 5, "patches-full": 15, "flow": 8, "dimple": 12, "target": 15, "block": 40, "whole": 60}
+_POLL_S = 0.5
 _REFERENCE_TIMES = {"flow": 4.0, "dimple": 12.0, "target": 4.0, "block": 4.0, "whole": 5.0}
 
 
@@ -19,24 +21,53 @@ def guess_s(job: Job) -> float:
 
 
 def measure(
-    jobs: Sequence[Job], progress: Callable[[str], None] = lambda line: None, run: Callable[[Job], dict] = run_job
-) -> list[dict]:
-    """What each job measured, in their order.  Ctrl-C stops; the same call again goes on where it was."""
+    jobs: Sequence[Job], progress: Callable[[str], None] = lambda line: None, run: Callable[[Job], dict] = run_job,
+    at_a_time: int = 1,
+) -> list[dict]:  # fmt: skip
+    """What each job measured, in their order, ``at_a_time`` side by side.  Ctrl-C stops; the same call again goes on there."""
     weights = [guess_s(job) for job in jobs]
-    begun, found, done, spent = time.monotonic(), [], 0.0, 0.0
-    for number, (job, weight) in enumerate(zip(jobs, weights, strict=True), 1):
-        stopping.check()
-        left = sum(weights[number - 1 :]) * (spent / done if done > 0.0 else 1.0)
-        progress(f"{number} of {len(jobs)}, {_minutes(left)} left: {job.name}")
+    begun, pace, left = time.monotonic(), _Pace(), sum(weights)
+    found: list[dict | None] = [None] * len(jobs)
+
+    def one(k: int) -> tuple[int, float]:
         at = time.monotonic()
-        found.append(run(job))
-        took = time.monotonic() - at
-        if took > 0.2 * weight:  # else it was there already, and tells nothing of those that are not
-            done, spent = done + weight, spent + took
-        if found[-1]["failed"]:
-            progress(f"   failed: {found[-1]['failed']}")
+        found[k] = run(jobs[k])
+        return k, time.monotonic() - at
+
+    with ThreadPoolExecutor(at_a_time) as pool:  # threads: the work is that of the processes they wait for
+        # Seed by seed: what seeds of a rung share (its dimple) is then in the cache when the second one comes.
+        waiting = {pool.submit(one, k) for k in sorted(range(len(jobs)), key=lambda k: jobs[k].seed)}
+        try:
+            while waiting:
+                done, waiting = wait(waiting, timeout=_POLL_S, return_when=FIRST_COMPLETED)
+                stopping.check()
+                for k, took in (future.result() for future in done):
+                    left -= weights[k]
+                    pace.add(weights[k], took)
+                    number = sum(f is not None for f in found)
+                    progress(f"{number} of {len(jobs)}, {_minutes(left * pace.factor / at_a_time)} left: {jobs[k].name}, {took:.1f} s")
+                    if found[k]["failed"]:
+                        progress(f"   failed: {found[k]['failed']}")
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
     progress(f"{len(jobs)} runs in {_minutes(time.monotonic() - begun)}")
     return found
+
+
+class _Pace:
+    """How long runs really take over how long was guessed."""
+
+    def __init__(self):
+        self.guessed, self.took = 0.0, 0.0
+
+    def add(self, guessed: float, took: float) -> None:
+        if took > 0.2 * guessed:  # else it was there already, and tells nothing of those that are not
+            self.guessed, self.took = self.guessed + guessed, self.took + took
+
+    @property
+    def factor(self) -> float:
+        return self.took / self.guessed if self.guessed > 0.0 else 1.0
 
 
 def _minutes(seconds: float) -> str:

@@ -1,9 +1,15 @@
-"""One run of the ladder in a process of its own:  python -m glue.study.tradeoff.child SCENE CONTENT OUT STAGE..."""
+"""Some runs of a ladder in a process of their own:  python -m glue.study.tradeoff.child JOBS.json
+
+JOBS.json: [[scene file, content file, run directory, [stage, …]], …].  Prints ``done K SECONDS`` or ``failed K REASON`` (a
+JSON text) after each.
+"""
 
 from __future__ import annotations
 
+import json
 import os
 import sys
+import time
 from pathlib import Path
 
 from glue import stopping
@@ -13,7 +19,6 @@ from glue.target.cache import cache_root
 
 
 def main(argv: list[str]) -> int:
-    scene, content, out, *stages = argv
     os.environ.setdefault("NUMBA_CACHE_DIR", str(cache_root() / "numba"))
     told = [""]
 
@@ -22,14 +27,17 @@ def main(argv: list[str]) -> int:
             told[0] = stage
             print(f"{stage} {text}", flush=True)
 
-    try:
-        with stopping.noticed():
-            pipeline.run(scene, Path(out), only=stages, progress=progress, content=Path(content).read_bytes())
-    except PeenError as problem:
-        print(f"peen: {problem}", flush=True)
-        return problem.exit_code
-    except KeyboardInterrupt:
-        return 130
+    for k, (scene, content, out, stages) in enumerate(json.loads(Path(argv[0]).read_text())):
+        begun = time.monotonic()
+        try:
+            with stopping.noticed():
+                pipeline.run(scene, Path(out), only=stages, progress=progress, content=Path(content).read_bytes())
+        except PeenError as problem:
+            print(f"failed {k} {json.dumps(str(problem))}", flush=True)
+        except KeyboardInterrupt:
+            return 130
+        else:
+            print(f"done {k} {time.monotonic() - begun:.3f}", flush=True)
     return 0
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import tomllib
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -86,35 +87,65 @@ def _shorter(content: bytes, share: float) -> dict:
     return {"exposure_time_s": share * data["exposure_time_s"]}
 
 
-def run_job(job: Job) -> dict:
-    """Run the job in a process of its own, or find it done; what it measured.
+def run_jobs(jobs: Sequence[Job], tell: Callable[[int, dict, float], None]) -> None:
+    """Run the jobs one after the other in a process of their own; ``tell(index, what it measured, seconds)`` of each.
 
-    {"values", "scales": by quantity; "wall_s", "cpu_s", "memory_bytes": by stage; "work": impacts of flow, target, window;
-    "failed": None or why}.  A rung that a solver cannot do is a result, not an end; Ctrl-C goes through.
+    Those that are done are only read.  What a job measured: see ``reading``.  A rung that a solver cannot do is a result, not
+    an end; Ctrl-C goes through.
     """
-    if not pipeline.is_done(job.folder, job.group.own):
-        log, content = job.folder.with_name(f"{job.folder.name}.log"), job.folder.with_name(f"{job.folder.name}.toml")
-        write_text_atomic(content, job.content.decode())
-        done = run_module(
-            "glue.study.tradeoff.child", [job.scene_file, content, job.folder, *job.group.own], log=log,
-            on_line=lambda line: stopping.check(),
-        )  # fmt: skip
+    todo = []
+    for k, job in enumerate(jobs):
         stopping.check()
-        if done.exit_code != 0:
-            nothing = {key: {} for key in ("values", "scales", "wall_s", "cpu_s", "memory_bytes", "work")}
-            return nothing | {"failed": _cause(log)}
-    return reading(job.folder)
+        if pipeline.is_done(job.folder, job.group.own):
+            tell(k, reading(job.folder), 0.0)
+        else:
+            write_text_atomic(_beside(job, ".toml"), job.content.decode())
+            todo.append(k)
+    if not todo:
+        return
+    told = set()
+
+    def on_line(line: str) -> None:
+        stopping.check()
+        word, _, rest = line.partition(" ")
+        if word in ("done", "failed"):
+            number, _, rest = rest.partition(" ")
+            k = todo[int(number)]
+            told.add(k)
+            if word == "done":
+                tell(k, reading(jobs[k].folder), float(rest))
+            else:
+                tell(k, failure(json.loads(rest)), 0.0)
+
+    orders, log = _beside(jobs[todo[0]], ".jobs.json"), _beside(jobs[todo[0]], ".log")
+    write_text_atomic(orders, json.dumps([_order(jobs[k]) for k in todo]))
+    run_module("glue.study.tradeoff.child", [orders], log=log, on_line=on_line)
+    stopping.check()
+    for k in todo:
+        if k not in told:
+            tell(k, failure(f"the run ended without a word; log {log}"), 0.0)
 
 
-def _cause(log: Path) -> str:
-    """What the run said when it gave up."""
-    text = log.read_text(encoding="utf-8", errors="replace")
-    said = text.rpartition("peen: ")[2] if "peen: " in text else "stopped without a reason"
-    return f"{said.split('  log:')[0].strip()[:300]} (log {log})"
+def failure(cause: str) -> dict:
+    """What a job measured that failed."""
+    nothing = {key: {} for key in ("values", "scales", "wall_s", "cpu_s", "memory_bytes", "work")}
+    return nothing | {"failed": cause.split("\n  log:")[0][:300]}
+
+
+def _beside(job: Job, suffix: str) -> Path:
+    return job.folder.with_name(job.folder.name + suffix)
+
+
+def _order(job: Job) -> list:
+    return [str(job.scene_file), str(_beside(job, ".toml")), str(job.folder), list(job.group.own)]
 
 
 def reading(path: Path) -> dict:
-    """The same of a finished run directory."""
+    """What a finished run directory tells.
+
+    {"values", "scales": by quantity; "wall_s", "cpu_s", "memory_bytes": by stage; "work": impacts of flow, target, window;
+    "failed": None or why}.
+    """
     stages = read_manifest(path)["stages"]
     metrics = json.loads((path / METRICS).read_text(encoding="utf-8"))
     cpu = {name: record["cpu_s"] for name, record in stages.items()}

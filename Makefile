@@ -16,7 +16,7 @@ SUDO     := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 export OMP_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-target bench-oblique bench-uncertainty tradeoff fit-collisions fit-layers readme
+.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-target bench-oblique bench-uncertainty bench-target-error tradeoff fit-collisions fit-layers readme
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -82,6 +82,10 @@ tradeoff: plugin ## what every choice costs and how far off it is, on four scene
 bench-uncertainty: plugin ## stated 95 % intervals against other seeds' results, mean width (10 minutes)
 	@mkdir -p build/bench
 	$(BIN)/python tests/benchmarks/bench_uncertainty.py --json build/bench/uncertainty.json
+
+bench-target-error: plugin ## error promised by peen run --target-error against what it is, on scenes not in the table (half an hour) [ERROR=5%]
+	@mkdir -p build/bench
+	$(BIN)/python tests/benchmarks/bench_target_error.py $(if $(ERROR),--error $(ERROR)) --json build/bench/target-error.json
 
 bench-oblique: plugin ## oblique impacts in three dimensions against the rule for their dimples (10 minutes)
 	@mkdir -p build/bench

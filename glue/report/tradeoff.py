@@ -57,7 +57,7 @@ def markdown(table: dict, scene: str) -> str:
             title = f"**{row['group']}: reference** ({row['seeds']} seeds)"
             cells = [_value(row, q) for q in shown]
         else:
-            title = f"{row['factor']} {row['level']}" + (" (physics)" if row["physics"] else "")
+            title = f"{row['factor']} {row['level']}" + (" (added)" if row["physics"] else "")
             cells = [error_text(row["quantities"].get(q.name), q.scale == "one") if _bears(row, q) else "" for q in shown]
         if row["failed"]:
             title += " **failed**"
@@ -120,7 +120,8 @@ def write_report(table: dict, out: Path) -> list[Path]:
     (out / "tradeoff.csv").write_text(csv_text(table), encoding="utf-8")
     parts = ["# Speed against accuracy, measured", "", _heading(table), "", "## Presets", "", presets_markdown(table)]
     for scene, entry in table["scenes"].items():
-        parts += ["", f"## {scene}", "", markdown(table, scene)]
+        parts += ["", f"## {scene}", "", markdown(table, scene), "", "The cheapest that keeps a promised error, stage by stage:", ""]
+        parts += [f"- {share}: {what}" for share, what in entry.get("recommended", {}).items()]
         for title, scatter in (("Chance alone", entry["scatter"]), *((f"Chance alone, {g}", s) for g, s in entry["patches"].items())):
             parts += ["", f"{title}:", "", scatter_markdown(scatter)]
     (out / "tradeoff.md").write_text("\n".join(parts) + "\n", encoding="utf-8")
@@ -136,7 +137,7 @@ def _heading(table: dict) -> str:
         f"Measured {p['date']} on {p['machine']} ({p['cores']} cores, load {p['load_1_min']:.1f}) by `{p['command']}`. Times are"
         " processor seconds of the stage that is judged (of all stages for presets and seeds). An error is the mean difference"
         " from the group's reference with the same seeds; “<” marks one that scatter hides, with the bound that is known. Rungs"
-        " marked (physics) add physics that the reference has not: what they show is its effect."
+        " marked (added) add physics that the reference has not: what they show is its effect."
     )
 
 

@@ -65,7 +65,7 @@ def _job(scene_file, content, group, rung, seed, share, out) -> Job:
     own = dict(group.reference if rung is None else rung.changes)
     seed += own.pop("seed_offset", 0)
     window = own.pop("window_scale", 1.0)
-    changes = {"accuracy": {}, "models": {}} | group.base | own | {"seed": seed} | _shorter(content, share)
+    changes = {"accuracy": {}, "models": {}} | group.base | own | {"seed": seed} | shorter(content, share)
     if window != 1.0:
         changes["target.window_m"] = [window * side for side in tomllib.loads(content.decode("utf-8-sig"))["target"]["window_m"]]
     derived = changed(content, changes)
@@ -75,7 +75,7 @@ def _job(scene_file, content, group, rung, seed, share, out) -> Job:
     return Job(scene_file, group, rung, seed, derived, out / scene_file.stem / folder)
 
 
-def _shorter(content: bytes, share: float) -> dict:
+def shorter(content: bytes, share: float) -> dict:
     """Changes that bring ``share`` of the impacts: a shorter exposure, or where a nozzle travels less mass."""
     if share >= 1.0:
         return {}

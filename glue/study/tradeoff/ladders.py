@@ -6,8 +6,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from glue.errors import InputError
-from glue.scene.reader import example_path
+from glue.scene.derive import changed
+from glue.scene.reader import example_path, read_scene
 from glue.study.pipeline import find_scene
+from glue.study.tradeoff.choose import choose, sentence
 from glue.study.tradeoff.errors import rows_of, scatter_of
 from glue.study.tradeoff.jobs import jobs_of
 from glue.study.tradeoff.ladder import BUILT_IN, CHANCE, GROUPS, PATCHES, QUICK, Group
@@ -15,6 +17,7 @@ from glue.study.tradeoff.measure import measure
 from glue.study.tradeoff.table import read_table, scene_entry, write_table
 
 TABLE = "measured.json"
+RECOMMENDED = (0.1, 0.05, 0.02, 0.01)
 
 
 def groups_named(names: Sequence[str], quick: bool) -> tuple[Group, ...]:
@@ -42,8 +45,21 @@ def run_ladders(
         rows = [r for r in old["rows"] if r["group"] not in measured] + rows_of(jobs, found)
         scatter = scatter_of(jobs, found, CHANCE.name) or old["scatter"]
         patches = {g.name: s for g in PATCHES if (s := scatter_of(jobs, found, g.name) or old["patches"].get(g.name))}
-        write_table(out / TABLE, {file.stem: scene_entry(file, rows, scatter, patches)})
+        entry = scene_entry(file, rows, scatter, patches)
+        write_table(out / TABLE, {file.stem: entry | {"recommended": recommended(file, entry)}})
     return read_table(out / TABLE)
+
+
+def recommended(scene_file: Path, entry: dict) -> dict[str, str]:
+    """{promised error: the cheapest combination of rungs that keeps it on the scene itself}, any model allowed."""
+    scene = read_scene(scene_file, content=changed(scene_file.read_bytes(), {"models": {}}))
+    table, found = {"scenes": {scene_file.stem: entry}}, {}
+    for share in RECOMMENDED:
+        try:
+            found[f"{100 * share:g} %"] = sentence(choose(scene, target_error=share, table=table))
+        except InputError as refused:
+            found[f"{100 * share:g} %"] = str(refused)
+    return found
 
 
 def _old(table: Path, scene: str) -> dict:

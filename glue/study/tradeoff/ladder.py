@@ -149,7 +149,7 @@ WHOLE = Group(
         Rung("preset", "balanced", {"accuracy.preset": "balanced"}),
         Rung("preset", "reference", {"accuracy.preset": "reference"}, seeds=1),
     ),
-    hits=3.0, seeds=2,
+    hits=1.2, seeds=2,
 )  # fmt: skip
 
 GROUPS = (COVERAGE, SURFACE, CHANCE, *PATCHES, FLOW, DIMPLE, TARGET, WHOLE, BLOCK)

@@ -44,7 +44,8 @@ def stage_rows(entry: dict, stage: str) -> list[dict]:
 def speaking(entry: dict, stage: str, numbers: dict[str, float], model: str | None = None) -> list[dict]:
     """The rows whose error bounds that of ``numbers`` (see ``settings_of``) with ``model`` of a flow or target.
 
-    All that are no finer in any number; where the run is coarser than every rung, the coarsest few.
+    Of those that are no finer in any number, the ones that no other of them refines; all of the model's where the run is
+    coarser than every rung.
     """
     rows = stage_rows(entry, stage)
     if stage in MODEL_STAGES:
@@ -53,15 +54,17 @@ def speaking(entry: dict, stage: str, numbers: dict[str, float], model: str | No
             return rows
     keys = _FINER[stage]
 
-    def no_finer(row: dict) -> bool:
-        here = row_settings(row)
-        return all(sign * (here[key] - numbers[key]) <= 1e-9 * abs(numbers[key]) for key, sign in keys.items())
+    def no_finer(a: dict[str, float], b: dict[str, float]) -> bool:
+        return all(sign * (a[key] - b[key]) <= 1e-9 * abs(b[key]) for key, sign in keys.items())
 
-    return [r for r in rows if no_finer(r)] or rows
+    known = [(r, row_settings(r)) for r in rows]
+    coarser = [(r, s) for r, s in known if no_finer(s, numbers)]
+    nearest = [r for r, s in coarser if not any(no_finer(s, other) and not no_finer(other, s) for _, other in coarser)]
+    return nearest or rows
 
 
 def numerical(entry: dict, scene: Scene, models: dict[str, str], stages: Iterable[str] = _FINER) -> dict[str, float]:
-    """{quantity: relative error bound}: root of the sum over stages of the tightest bound that speaks for the run.
+    """{quantity: relative error bound}: root of the sum over stages of the largest bound among the rows that speak for the run.
 
     ``models``: that of flow and target as they ran.  A quantity on which no stage was measured is left out.
     """
@@ -71,5 +74,5 @@ def numerical(entry: dict, scene: Scene, models: dict[str, str], stages: Iterabl
         for name in {n for r in rows for n in r["quantities"]}:
             known = [b for r in rows if name in r["quantities"] and (b := bound(r["quantities"][name])) is not None]
             if known:
-                squares[name] = squares.get(name, 0.0) + min(known) ** 2
+                squares[name] = squares.get(name, 0.0) + max(known) ** 2
     return {name: square**0.5 for name, square in squares.items()}

@@ -19,10 +19,10 @@ from glue.study.coverage_stage import FULL_COVERAGE
 from glue.study.results import load_dimple
 from glue.study.rows import CAUSES
 from glue.study.stage import Work
-from glue.study.tradeoff.lookup import numerical
 from glue.study.tradeoff.table import nearest, packaged
 from glue.study.uncertainty import statistical as chance
 from glue.study.uncertainty.metrics import METRICS, Metric
+from glue.study.uncertainty.mesh_errors import mesh_errors
 from glue.study.uncertainty.model_causes import energy_spread, law_spread, strain_at
 from glue.surface.coverage import dimple_semi_axes
 from glue.surface.window import in_window_coordinates
@@ -41,11 +41,10 @@ def budget(work: Work) -> dict:
     scene = work.scene
     entry, told = _measured(scene)
     by_chance = _chances(work, metrics, entry)
-    models = {"flow": metrics.get("flow", {}).get("model"), "target": metrics.get("target", {}).get("model")}
-    by_mesh = numerical(entry, scene, models, [s for s in ("dimple", "flow", "coverage", "target", "surface") if s in work.complete]) if entry else {}
+    e = min(metrics.get("dimple", {}).get("restitution") or 0.34, 1.0)
+    by_mesh = mesh_errors(entry, scene, metrics, e, work.complete) if entry else {}
     law = law_spread(scene, _strain(work, metrics))
-    e = metrics.get("dimple", {}).get("restitution") or 0.34
-    energy = energy_spread(scene, min(e, 1.0)) if "flow" in metrics else 0.0
+    energy = energy_spread(scene, e) if "flow" in metrics else 0.0
     found = {}
     for metric in METRICS:
         value = metrics.get(metric.section, {}).get(metric.key)
@@ -53,7 +52,7 @@ def budget(work: Work) -> dict:
             continue
         causes = {
             "statistical": by_chance.get(metric.name),
-            "numerical": _numerical(metric, value, by_mesh, metrics),
+            "numerical": _numerical(metric, by_mesh, metrics),
             "material_law": _law(metric, value, law, metrics),
             "restitution_friction": _restitution(metric, value, energy, metrics),
         }
@@ -180,7 +179,13 @@ def _scale(metric: Metric, metrics: dict) -> float:
     return abs(own.get(other) or own[metric.key])
 
 
-def _numerical(metric: Metric, value: float, by_mesh: dict, metrics: dict) -> float | None:
+def _numerical(metric: Metric, by_mesh: dict, metrics: dict) -> float | None:
+    if metric.exposure:  # the raster's own error, and that of the hits per point
+        hits, raster = by_mesh.get("t98_avrami"), by_mesh.get(f"raster {metric.like}", 0.0)
+        if hits is None:
+            return None
+        value = metrics[metric.section][metric.key]
+        return math.hypot(raster * _scale(metric, metrics), _by_exposure(metric, value, hits, metrics))
     found = by_mesh.get(metric.like)
     return None if found is None else found * metric.share * _scale(metric, metrics)
 

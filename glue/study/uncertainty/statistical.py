@@ -5,8 +5,9 @@ L the mean overlap of two discs; the variance of the bare share of a window is t
 (``glue.theory.avrami.coverage_sd``, Robbins 1944).  Time to a level: the same standard deviation at that level over the slope
 of the expected coverage there, dC/dt = (1 - C) ln(1/(1 - C))/t.  Hits per point of N impacts with dimple areas A_i: a compound
 Poisson sum, relative variance <A^2>/(N <A>^2).  Means over the log: batch means, for collisions come in bursts.  Sa, Sq and
-shape: scatter over parts of the window over the root of their number; Sz, an extreme, scatters as much in a part as in the
-whole (the extremes' distribution shifts with the area, its width stays).  Stress of a patch: the scatter over seeds in the
+shape are means of |h|, h^2, h^3, h^4 over the levelled window: scatter of the means over its parts, over the root of their
+number.  Few batches or parts know their scatter badly: Student's factor in place of 1.96.  Sz, an extreme, scatters as much in
+a part as in the whole (the extremes' distribution shifts with the area, its width stays).  Stress of a patch: the scatter over seeds in the
 measured table, in proportion to the patch's side (independent places).
 """
 
@@ -16,16 +17,17 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+from scipy.stats import t as student
 
 from glue.errors import InputError
 from glue.flow.impacts import normal_speed_m_s
-from glue.surface.roughness import areal
+from glue.surface.roughness import areal, level_plane
 from glue.theory.avrami import coverage_sd
 
 Z95 = 1.96
 _BATCHES = 24
 _RADII = 16  # quantiles of the dimple radii that stand for all
-_PART_IN_RADII = 4.0  # a part of the surface must hold some dimples
+_PART_IN_RADII = 5.0  # side of a part of the surface: wide enough that neighbours are hardly alike
 
 
 def coverage_half(coverage: float, radii_m: np.ndarray, window_m: tuple[float, float]) -> float | None:
@@ -54,7 +56,7 @@ def batch_half(values: np.ndarray) -> float | None:
     if values.size < 4 * _BATCHES:
         return None
     means = np.array([part.mean() for part in np.array_split(values, _BATCHES)])
-    return Z95 * float(means.std(ddof=1)) / math.sqrt(_BATCHES)
+    return float(student.ppf(0.975, _BATCHES - 1) * means.std(ddof=1)) / math.sqrt(_BATCHES)
 
 
 def flow_halves(impacts: np.ndarray, info: dict, poisson: bool) -> dict[str, float | None]:
@@ -80,15 +82,23 @@ def surface_halves(z_m: np.ndarray, dx_m: float, dy_m: float, radius_m: float, r
     if cuts < 2:
         return {}
     cuts = min(cuts, 5)
-    parts = [areal(p, dx_m, dy_m) for row in np.array_split(z_m, cuts, axis=0) for p in np.array_split(row, cuts, axis=1)]
+    factor = float(student.ppf(0.975, cuts**2 - 1))
 
-    def scatter(key: str, of_mean: bool) -> float:
-        values = np.array([part[key] for part in parts])
-        # A part is levelled by itself, which takes some of its roughness: the scatter of a mean counts relative to its own.
-        scale = abs(roughness[key]) / abs(values.mean()) if of_mean and key.endswith("_m") else 1.0
-        return Z95 * float(values.std(ddof=1)) * scale / (cuts if of_mean else 1.0)
+    def parts(field: np.ndarray) -> list[np.ndarray]:
+        return [p for row in np.array_split(field, cuts, axis=0) for p in np.array_split(row, cuts, axis=1)]
 
-    return {key: scatter(key, key != "Sz_m") for key in ("Sa_m", "Sq_m", "Sz_m", "Ssk", "Sku") if roughness.get(key) is not None}
+    def of_mean(field: np.ndarray) -> float:
+        return factor * float(np.std([part.mean() for part in parts(field)], ddof=1)) / cuts
+
+    h, sq = level_plane(z_m, dx_m, dy_m), roughness["Sq_m"]
+    found: dict[str, float | None] = {"Sa_m": of_mean(np.abs(h)), "Sq_m": of_mean(h**2) / (2.0 * sq) if sq > 0.0 else None}
+    found["Sz_m"] = Z95 * float(np.std([areal(part, dx_m, dy_m)["Sz_m"] for part in parts(z_m)], ddof=1))
+    if roughness.get("Ssk") is not None:
+        u, skew, kurt = h / sq, roughness["Ssk"], roughness["Sku"]
+        # influence functions: what a height adds, with the level and Sq that it shifts
+        found["Ssk"] = of_mean(u**3 - 3.0 * u - 1.5 * skew * u**2)
+        found["Sku"] = of_mean(u**4 - 4.0 * skew * u - 2.0 * kurt * u**2)
+    return found
 
 
 def stress_relative_half(scatter: dict, quantity: str, side_over_measured: float) -> float | None:

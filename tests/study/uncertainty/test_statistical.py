@@ -46,7 +46,7 @@ def test_batch_means_see_that_neighbours_are_alike():
     alone = rng.normal(size=4000)
     bursts = np.repeat(rng.normal(size=400), 10)
     plain = chance.Z95 / math.sqrt(4000)
-    # the scatter of 24 batch means is known to 1/sqrt(46) = 15 %
+    # the scatter of 24 batch means is known to 1/sqrt(46) = 15 %; Student's factor is 2.07
     assert chance.batch_half(alone) == pytest.approx(plain, rel=0.45)
     assert chance.batch_half(bursts) == pytest.approx(plain * math.sqrt(10), rel=0.45)
     assert chance.batch_half(alone[:50]) is None
@@ -65,7 +65,7 @@ def test_roughness_of_surfaces_drawn_again_and_again():
         rough = areal(z, 1e-6, 1e-6)
         found.append(rough)
         told.append(chance.surface_halves(z, 1e-6, 1e-6, radius * 1e-6, rough))
-    for key in ("Sa_m", "Sq_m", "Sz_m"):
+    for key in ("Sa_m", "Sq_m", "Sz_m", "Ssk", "Sku"):
         real = chance.Z95 * np.std([f[key] for f in found], ddof=1)
         assert np.mean([t[key] for t in told]) == pytest.approx(real, rel=0.35), key
     assert chance.surface_halves(z[:40, :40], 1e-6, 1e-6, radius * 1e-6, rough) == {}  # no parts to compare

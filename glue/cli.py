@@ -166,10 +166,14 @@ def _check(args) -> int:
     from glue.study.check import check
     from glue.study.check_text import check_text
     from glue.study.pipeline import find_scene
+    from glue.study.tradeoff.choose import preset_block
 
     scene_file = find_scene(args.scene)
     scene = read_scene(scene_file, preset=args.accuracy)
-    print(json.dumps(check(scene, scene_file), indent=2) if args.json else check_text(scene, scene_file))
+    if args.json:
+        print(json.dumps(check(scene, scene_file) | {"preset_measured": preset_block(scene)}, indent=2))
+    else:
+        print(check_text(scene, scene_file))
     return 0
 
 

@@ -155,6 +155,11 @@ def points_of(table: dict, scene: str, quantity: str) -> list[tuple[dict, float,
     return found
 
 
+def _decades(axis) -> float:
+    low, high = axis.get_data_interval()
+    return math.log10(high / low)
+
+
 def one_run_scatters(table: dict, scene: str, quantity: str) -> float | None:
     """Standard deviation over seeds of one run at the scene's own window, or of one patch of the cell; None: unknown, or none."""
     entry = table["scenes"][scene]
@@ -192,14 +197,21 @@ def pareto_plot(table: dict, scene: str, q, out: Path) -> Path:
     edge = front(points)
     axes.plot([p[1] for p in edge], [100 * p[2] for p in edge], color="#8a8a8a", lw=1, zorder=1)
     middle = math.sqrt(min(p[1] for p in points) * max(p[1] for p in points))
-    for k, (row, cost, size) in enumerate(sorted(points, key=lambda p: p[1])):
+    best = [p[0] for p in edge]
+    others = [p[0] for p in points if p[0] not in best]
+    for row, cost, size in points:
+        up = -10 if row in best else 6 + 9 * (others.index(row) % 2)
         side = "right" if cost > middle else "left"  # towards the middle, so that no label runs out of the picture
-        axes.annotate(f"{row['factor']} {row['level']}", (cost, 100 * size), xytext=(-5 if side == "right" else 5, 5 if k % 2 else -10),
+        axes.annotate(f"{row['factor']} {row['level']}", (cost, 100 * size), xytext=(-5 if side == "right" else 5, up),
                       ha=side, textcoords="offset points", fontsize=7, color="#444")  # fmt: skip
     if scatter := one_run_scatters(table, scene, q.name):
         axes.axhline(100 * scatter, color="#8a8a8a", ls="--", lw=1, zorder=1, label="standard deviation of one run over seeds")
     axes.set(xscale="log", yscale="log", xlabel="processor time [s]", title=f"{scene}: {q.label}",
              ylabel="error [points]" if q.scale == "one" else "error [%]")  # fmt: skip
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter("{x:g}" if _decades(axis) < 1.5 else "")
+        axis.set_tick_params(which="both", labelsize=8)
     axes.margins(0.18)
     axes.grid(alpha=0.3, which="both")
     axes.legend(fontsize=8, frameon=False, loc="best")

@@ -138,7 +138,7 @@ def _parts(scene: Scene, entry: dict, stage: str) -> list[Part]:
         }  # fmt: skip
         if stage == "flow":  # how often shots meet is the scene's own, whatever it was measured on
             errors["normal_energy"] = max(errors.get("normal_energy", 0.0), numbers["flow_errors"][model])
-        label = f"{model}, " if model else ""
+        label = f"{model}, " if model and model != row["level"] else ""
         found.append(Part(stage, f"{label}{row['factor']} {row['level']}", changes, _cost_s(row, stage, numbers), errors))
     return found
 

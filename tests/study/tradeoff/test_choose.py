@@ -91,7 +91,7 @@ def test_ballistic_flow_is_judged_by_the_scenes_own_collisions():
         row("flow", "ballistic", {"models.flow": "ballistic"}, 0.1, normal_energy=0.001),
         row("flow", "event", {"models.flow": "event"}, 1.0, normal_energy=0.002),
     )
-    assert chosen(rows=flows, stages=("flow",), target_error=0.05).parts[0].label.startswith("event")
+    assert "event" in chosen(rows=flows, stages=("flow",), target_error=0.05).parts[0].label
 
 
 def test_check_tells_the_presets_cost_and_error():

@@ -32,12 +32,12 @@ SCENES = ("al2024-s390-45deg", "glass-drag", "cylinder-s230", "own-material")  #
 HITS = 1.5
 
 
-def measured(name: str, what: str, content: bytes, out: Path) -> dict:
+def measured(name: str, what: str, content: bytes, out: Path, stages) -> dict:
     def tell(stage, fraction, text):
         if fraction in (0.0, 1.0):
             print(f"{name}, {what}: {stage} {text}", file=sys.stderr, flush=True)
 
-    path = pipeline.run(str(example_path(name)), out / f"{name}-{what}", only=STAGES, content=content, progress=tell)
+    path = pipeline.run(str(example_path(name)), out / f"{name}-{what}", only=stages, content=content, progress=tell)
     return json.loads((path / METRICS).read_text())
 
 
@@ -45,19 +45,21 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", nargs="+", default=SCENES)
     parser.add_argument("--error", default="5%")
+    parser.add_argument("--without", nargs="+", default=[], metavar="STAGE", help="leave out dear stages")
     parser.add_argument("--json", type=Path)
     given = parser.parse_args()
     sys.argv[1:] = ["--json", str(given.json)] if given.json else []
     promise, out = parse_error(given.error), repo_root() / "build" / "bench" / "target-error"
+    stages = [s for s in STAGES if s not in given.without]
     rows = Rows(f"error promised, {given.error}, and kept")
     for name in given.only:
         content = example_path(name).read_bytes()
         share = min(1.0, HITS / mean_hits_estimate(read_scene(example_path(name))))
         content = changed(content, {"models": {}, "accuracy": {}} | shorter(content, share))
         try:
-            best = choose(read_scene(example_path(name), content=content), target_error=promise)
-            found = measured(name, f"chosen-{promise:g}", changed(content, best.changes), out)
-            right = measured(name, "reference", changed(content, WHOLE.reference), out)
+            best = choose(read_scene(example_path(name), content=content), target_error=promise, stages=stages)
+            found = measured(name, f"chosen-{promise:g}-{len(stages)}", changed(content, best.changes), out, stages)
+            right = measured(name, "reference", changed(content, WHOLE.reference), out, stages)
         except PeenError as problem:
             rows.true(f"{name}: runs", False, str(problem).splitlines()[0])
             continue

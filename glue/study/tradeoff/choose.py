@@ -96,8 +96,8 @@ def choose(
     if not fast:
         best = min(good, key=lambda c: c.cost_s)
         raise InputError(f"--budget {budget_s:g} s: nothing measured is as fast; the nearest: {sentence(best)}")
-    if target_error is None:
-        return min(fast, key=lambda c: (c.worst[1], c.cost_s))
+    if target_error is None:  # a hundredth of the error is no reason to wait
+        return min(fast, key=lambda c: (float(f"{c.worst[1]:.2g}"), c.cost_s))
     return min(fast, key=lambda c: (c.cost_s, c.worst[1]))
 
 

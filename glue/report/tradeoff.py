@@ -155,6 +155,23 @@ def points_of(table: dict, scene: str, quantity: str) -> list[tuple[dict, float,
     return found
 
 
+def named(points: list[tuple[dict, float, float]], edge: list[tuple[dict, float, float]]) -> list[tuple[dict, float, float]]:
+    """The points that get their name in a plot: front, presets, and others where their names do not run into each other."""
+    if len(points) < 2:
+        return points
+    (x0, x1), (y0, y1) = ((min(v), max(v)) for v in ([math.log(p[k]) for p in points] for k in (1, 2)))
+
+    def near(a, b) -> bool:
+        dx, dy = abs(math.log(a[1] / b[1])) / max(x1 - x0, 1e-9), abs(math.log(a[2] / b[2])) / max(y1 - y0, 1e-9)
+        return dx < 0.35 and dy < 0.06
+
+    found = [p for p in points if p in edge or p[0]["stage"] == "whole"]
+    for point in points:
+        if point not in found and not any(near(point, other) for other in found):
+            found.append(point)
+    return found
+
+
 def _decades(axis) -> float:
     low, high = axis.get_data_interval()
     return math.log10(high / low)
@@ -198,9 +215,8 @@ def pareto_plot(table: dict, scene: str, q, out: Path) -> Path:
     axes.plot([p[1] for p in edge], [100 * p[2] for p in edge], color="#8a8a8a", lw=1, zorder=1)
     middle = math.sqrt(min(p[1] for p in points) * max(p[1] for p in points))
     best = [p[0] for p in edge]
-    others = [p[0] for p in points if p[0] not in best]
-    for row, cost, size in points:
-        up = -10 if row in best else 6 + 9 * (others.index(row) % 2)
+    for row, cost, size in named(points, edge):
+        up = -10 if row in best else 6
         side = "right" if cost > middle else "left"  # towards the middle, so that no label runs out of the picture
         axes.annotate(f"{row['factor']} {row['level']}", (cost, 100 * size), xytext=(-5 if side == "right" else 5, up),
                       ha=side, textcoords="offset points", fontsize=7, color="#444")  # fmt: skip

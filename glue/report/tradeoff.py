@@ -138,6 +138,7 @@ def _heading(table: dict) -> str:
         " processor seconds of the stage that is judged (of all stages for presets and seeds). An error is the mean difference"
         " from the group's reference with the same seeds; “<” marks one that scatter hides, with the bound that is known. Rungs"
         " marked (added) add physics that the reference has not: what they show is its effect."
+        + (f" Note: {p['note']}." if "note" in p else "")
     )
 
 

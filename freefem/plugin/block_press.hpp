@@ -13,7 +13,7 @@ namespace {
 
 struct Elastic {
     Supernodal factor;
-    std::vector<long> contact;     // unknowns of the contact nodes: 3 candidate + component
+    std::vector<long> contact;     // unknowns of the contact nodes: contactComponents * candidate + component
     std::vector<float> compliance; // of these, square
     std::vector<float> base, y;    // L^-1 of the right-hand sides of peenBase and of the last peenPress
 };
@@ -22,6 +22,7 @@ struct Zone {
     std::vector<char> on;                     // supernodes of its unknowns and their ancestors
 };
 Elastic elastic; // one block a run
+int contactComponents = 3; // of a contact node that forces may have: at small strain (1) the vertical one alone, see peenMesh
 Zone zone;
 
 // The one factorisation: K by its triplets (both triangles or the lower one), unknowns with fixed > 0 taken out.
@@ -47,15 +48,15 @@ long peenSolve(KN<double> *const &b, KN<double> *const &x) {
 }
 
 // The compliance of the contact nodes (their scalar numbers, in an order that keeps neighbours together): every column
-// by a pair of solves, many at once.  `modulus` E: E C does not depend on E.  `file` keeps it ("" does not): it is read
-// when it is there, and one column of it solved again for proof.  Returns 1 when it was read, 0 when it was made, -1 when
+// by a pair of solves, many at once.  `modulus` times a length of the mesh, `scale`: C times it is the same for every
+// modulus and size.  `file` keeps that ("" does not): it is read when it is there, and one column of it solved again for proof.  Returns 1 when it was read, 0 when it was made, -1 when
 // the file is another block's.
-long peenCompliance(KN<long> *const &node, const double &modulus, string *const &file) {
+long peenCompliance(KN<long> *const &node, const double &scale, string *const &file) {
     const Supernodal &L = elastic.factor;
     std::vector<long> &dof = elastic.contact;
     dof.clear();
     for (long i = 0; i < node->N(); ++i)
-        for (int c = 0; c < 3; ++c) dof.push_back(3 * (*node)[i] + c);
+        for (int c = 3 - contactComponents; c < 3; ++c) dof.push_back(3 * (*node)[i] + c);
     const size_t m = dof.size();
     std::vector<float> &C = elastic.compliance;
     C.assign(m * m, 0);
@@ -68,7 +69,7 @@ long peenCompliance(KN<long> *const &node, const double &modulus, string *const 
             if (!read) return -1;
             const size_t probe = m / 2;
             std::vector<float> y(L.n, 0.f);
-            y[L.place[dof[probe]]] = float(modulus);
+            y[L.place[dof[probe]]] = float(scale);
             L.down(y.data(), 1, nullptr);
             L.up(y.data(), 1, nullptr);
             double off = 0, size = 0;
@@ -77,7 +78,7 @@ long peenCompliance(KN<long> *const &node, const double &modulus, string *const 
                 off = std::max(off, std::fabs(own - C[probe * m + i])), size = std::max(size, std::fabs(own));
             }
             if (!(off < 1e-3 * size)) return -1;
-            for (float &c : C) c /= float(modulus);
+            for (float &c : C) c /= float(scale);
             return 1;
         }
     const size_t wide = 96;
@@ -87,7 +88,7 @@ long peenCompliance(KN<long> *const &node, const double &modulus, string *const 
     for (size_t from = 0; from < m; from += wide) {
         const size_t columns = std::min(wide, m - from);
         std::fill(Y.begin(), Y.end(), 0.f);
-        for (size_t c = 0; c < columns; ++c) Y[c * L.n + L.place[dof[from + c]]] = float(modulus);
+        for (size_t c = 0; c < columns; ++c) Y[c * L.n + L.place[dof[from + c]]] = float(scale);
         L.mark(&dof[from], columns, below);
         L.down(Y.data(), int(columns), &below);
         L.up(Y.data(), int(columns), &wanted);
@@ -102,7 +103,7 @@ long peenCompliance(KN<long> *const &node, const double &modulus, string *const 
         ffassert(std::fclose(f) == 0 && written);
         ffassert(std::rename(part.c_str(), file->c_str()) == 0);
     }
-    for (float &c : C) c /= float(modulus);
+    for (float &c : C) c /= float(scale);
     return 0;
 }
 
@@ -117,18 +118,19 @@ long peenCompliance(KN<long> *const &node, const double &modulus, string *const 
 long peenPress(KN<double> *const &q, KN<double> *const &from, KN<long> *const &which, KNM<double> *const &n,
                KN<double> *const &gap, KN<double> *const &lambda, KN<double> *const &step) {
     const Supernodal &L = elastic.factor;
-    const int m = int(which->N()), all = int(elastic.contact.size());
+    const int m = int(which->N()), all = int(elastic.contact.size()), many = contactComponents, skipped = 3 - many;
     ffassert(q->N() == L.n && step->N() == L.n && from->N() == L.n && n->N() == 3 && n->M() == m && gap->N() == m && lambda->N() == m);
-    std::vector<long> dof(3 * m);
+    std::vector<long> dof(many * m); // and normals likewise: components beyond those of the compliance are 0
+    std::vector<double> normal(many * m);
     for (int i = 0; i < m; ++i)
-        for (int c = 0; c < 3; ++c) dof[3 * i + c] = elastic.contact[3 * (*which)[i] + c];
+        for (int c = 0; c < many; ++c)
+            dof[many * i + c] = elastic.contact[many * (*which)[i] + c], normal[many * i + c] = (*n)(long(skipped + c), long(i));
     std::vector<char> on;
-    L.mark(dof.data(), 3 * m, on);
+    L.mark(dof.data(), many * m, on);
 
     std::vector<float> part(L.n, 0.f);
     for (long i : zone.unknown) part[L.place[i]] = float(-(*q)[i]);
-    for (int i = 0; i < m; ++i)
-        for (int c = 0; c < 3; ++c) part[L.place[dof[3 * i + c]]] += float((*lambda)[i] * (*n)(c, i));
+    for (int i = 0; i < many * m; ++i) part[L.place[dof[i]]] += float((*lambda)[i / many] * normal[i]);
     L.down(part.data(), 1, &zone.on);
     elastic.y = elastic.base;
     for (int i = 0; i < L.n; ++i) elastic.y[i] += part[i];
@@ -138,15 +140,15 @@ long peenPress(KN<double> *const &q, KN<double> *const &from, KN<long> *const &w
     std::vector<double> A(size_t(m) * m), b(m), force(m);
     for (int i = 0; i < m; ++i)
         for (int j = 0; j <= i; ++j) {
-            const float *C = &elastic.compliance[size_t(3 * (*which)[i]) * all + 3 * (*which)[j]];
+            const float *C = &elastic.compliance[size_t(many * (*which)[i]) * all + many * (*which)[j]];
             double sum = 0;
-            for (int c = 0; c < 3; ++c)
-                for (int d = 0; d < 3; ++d) sum += (*n)(c, i) * (*n)(d, j) * C[size_t(c) * all + d];
+            for (int c = 0; c < many; ++c)
+                for (int d = 0; d < many; ++d) sum += normal[many * i + c] * normal[many * j + d] * C[size_t(c) * all + d];
             A[size_t(i) * m + j] = A[size_t(j) * m + i] = sum;
         }
     for (int i = 0; i < m; ++i) {
         b[i] = -(*gap)[i];
-        for (int c = 0; c < 3; ++c) b[i] -= (*n)(c, i) * (part[L.place[dof[3 * i + c]]] - (*from)[dof[3 * i + c]]);
+        for (int k = many * i; k < many * (i + 1); ++k) b[i] -= normal[k] * (part[L.place[dof[k]]] - (*from)[dof[k]]);
         for (int j = 0; j < m; ++j) b[i] += A[size_t(i) * m + j] * (*lambda)[j];
         force[i] = (*lambda)[i];
     }
@@ -155,7 +157,7 @@ long peenPress(KN<double> *const &q, KN<double> *const &from, KN<long> *const &w
 
     std::fill(part.begin(), part.end(), 0.f);
     for (int i = 0; i < m; ++i) {
-        for (int c = 0; c < 3; ++c) part[L.place[dof[3 * i + c]]] = float((force[i] - (*lambda)[i]) * (*n)(c, i));
+        for (int k = many * i; k < many * (i + 1); ++k) part[L.place[dof[k]]] = float((force[i] - (*lambda)[i]) * normal[k]);
         (*lambda)[i] = force[i];
     }
     L.down(part.data(), 1, &on);

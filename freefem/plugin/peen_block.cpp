@@ -37,6 +37,7 @@ long peenMesh(KNM<long> *const &nodes, KNM<double> *const &corners, KNM<double> 
     mesh.corner.resize(12 * elements);
     mesh.unknowns = 3 * place->M();
     mesh.finite = finite != 0;
+    contactComponents = mesh.finite ? 3 : 1;
     mesh.period = period;
     for (long e = 0; e < elements; ++e) {
         double x[10][3], g[4][3];

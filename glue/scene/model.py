@@ -260,6 +260,7 @@ class Accuracy:
     cell_force_tolerance: float  # out-of-balance forces over the contact force
     coverage_points_per_radius: float  # raster points per dimple radius
     stamp_points_per_radius: float
+    target_patches: int = 1  # of the window, solved one after another by the cell or the block
 
 
 @dataclass(frozen=True)

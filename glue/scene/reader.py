@@ -191,9 +191,10 @@ def _read_accuracy(top: Table, preset: str | None) -> Accuracy | None:
     word, own = None, {}
     if table is not None:
         table.refuse_others(schema.ACCURACY, elsewhere=schema.BELONGS_IN)
-        own = {key: table.get(key, schema.ACCURACY[key]) for key in schema.ACCURACY if key != "preset" and key in table}
         if preset is None or "preset" in table:
             word = table.get("preset", schema.ACCURACY["preset"])
+        # Only the number of patches has a default of its own: the others' are the preset's.
+        own = {k: table.get(k, schema.ACCURACY[k]) for k in schema.ACCURACY if k == "target_patches" or k in table and k != "preset"}
     if preset is not None:
         word = preset
         problem = schema.ACCURACY["preset"].problem(preset)

@@ -173,6 +173,7 @@ MODELS = {
 # The preset's numbers are the defaults of the rest: "peen check" prints them expanded.
 ACCURACY = {
     "preset": Word(tuple(PRESETS), DEFAULT_PRESET, "choice of this project"),
+    "target_patches": Integer(1, 64, 1, "one patch of the window stands for all; choice of this project"),
     "flow_tolerance": Number(1e-5, 0.5, "share"),
     "flow_dt_over_P": Number(0.01, 12.0),
     "dimple_elements_per_radius": Integer(2, 32),

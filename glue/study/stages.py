@@ -10,7 +10,7 @@ from glue.study.dimple_stage import dimple_stage, refuse_dimple
 from glue.study.flow_stage import flow_solvers, flow_stage, refuse_flow
 from glue.study.results import load_dimple, load_impacts, plain
 from glue.study.stage import Stage, Work
-from glue.study.target_stage import target_stage
+from glue.study.target_stage import refuse_target, target_stage
 from glue.surface.roughness import areal
 from glue.surface.stamp import height_map
 
@@ -45,12 +45,12 @@ def uncertainty_stage(work: Work) -> tuple[dict, list[str]]:
 
 
 _SCENE = ("glue/scene/*.py",)
-_WINDOW = ("glue/study/results.py", "glue/surface/window.py", "glue/flow/impacts.py")
+_WINDOW = ("glue/study/results.py", "glue/flow/arrivals.py", "glue/surface/window.py", "glue/flow/impacts.py")
 _STAGES = ("glue/study/stages.py", "glue/study/target_stage.py", "glue/study/unpeened.py", *_WINDOW)
 _TABLE = ("glue/target/dimple.py", "glue/target/speeds.py")
 _KERNELS = ("freefem/lib/law_script.idp", "freefem/plugin/*")
 _AXISYM = ("freefem/single_impact.edp", "freefem/lib/*axisym*.idp")
-_TARGET = ("contact.edp", "cell*.edp", "lib/anderson.idp", "lib/contact_lcp.idp", "lib/*_block.idp", "lib/output_c*.idp", "lib/points_small*.idp")
+_TARGET = ("contact.edp", "cell*.edp", "lib/anderson.idp", "lib/contact_lcp.idp", "lib/*_block.idp", "lib/output_[cf]*.idp", "lib/points_small*.idp")
 STAGES = (
     Stage(
         "dimple",
@@ -111,15 +111,20 @@ STAGES = (
         (
             *_SCENE,
             *_STAGES,
+            "glue/study/target_outputs.py",
+            "glue/study/target_patches.py",
             "glue/target/*.py",
             "glue/theory/plate.py",
             "glue/surface/stress.py",
+            "glue/surface/roughness.py",
+            "glue/meshes.py",
             *(f"freefem/{name}" for name in _TARGET),
             *_KERNELS,
         ),
         ("target", "stress_profile.csv"),
         target_stage,
         solvers=("freefem",),
+        refuse=refuse_target,
     ),
     Stage(
         "surface",

@@ -38,6 +38,15 @@ def count_for(exposure: float, side_m: float) -> int:
     return max(1, round(exposure * side_m**2 / (math.pi * dimple().radius_m ** 2)))
 
 
+def exposure_of(count: int, side_m: float) -> float:
+    """Dimple areas of so many impacts over a square's area."""
+    return count * math.pi * (dimple().radius_m / side_m) ** 2
+
+
+def cell_side(preset: str = "balanced") -> float:
+    return PRESETS[preset].cell_side_in_radii * dimple().radius_m
+
+
 def chance_log(side_m: float, count: int, seed: int, speed: float = SPEED, diameter: float = DIAMETER) -> np.ndarray:
     """An impact log: ``count`` normal impacts anywhere in a square around the origin."""
     rng = np.random.default_rng(seed)
@@ -50,6 +59,14 @@ def chance_log(side_m: float, count: int, seed: int, speed: float = SPEED, diame
     return log
 
 
+def exposures_in(log: np.ndarray, side_m: float) -> np.ndarray:
+    """(impacts,) mean hits per point of a square of ``side_m`` around the origin, after each impact of ``log``."""
+    grid = np.linspace(-0.5 * side_m, 0.5 * side_m, 101)
+    x, y = np.meshgrid(grid, grid)
+    hit = [np.mean((x - row["x_m"]) ** 2 + (y - row["y_m"]) ** 2 < dimple().radius_m ** 2) for row in log]
+    return np.cumsum(hit)
+
+
 def patch_of(log: np.ndarray, side_m: float, exposure: float) -> Patch:
     """All of ``log`` as a periodic cell's patch."""
     return Patch(log["x_m"] + 0.5 * side_m, log["y_m"] + 0.5 * side_m, normal_energy_J(log), 0.5 * log["diameter_m"],
@@ -59,7 +76,7 @@ def patch_of(log: np.ndarray, side_m: float, exposure: float) -> Patch:
 def cell(folder: Path, seed: int, exposures, *, law=None, preset: str = "balanced", target=AL2024) -> list[CellResult]:
     """The cell under impacts by chance, after each exposure."""
     accuracy = PRESETS[preset]
-    side = accuracy.cell_side_in_radii * dimple().radius_m
+    side = cell_side(preset)
     counts = [count_for(e, side) for e in exposures]
     log = chance_log(side, counts[-1], seed)
     table = law_table(target.E_Pa, target.nu, law or target.combined)

@@ -132,6 +132,8 @@ UNKNOWN = {
     "in_dimple",
     ("models.flows", '"auto"'): 'unknown key; did you mean "flow"? allowed: flow, dimple, target',
     ("accuracy.prest", '"fast"'): 'unknown key; did you mean "preset"? allowed: ' + ", ".join(ACCURACY),
+    ("accuracy.target_patches", "0"): "0 is out of range; allowed 1..64",
+    ("accuracy.target_patches", "2.5"): "must be a whole number, not the number 2.5; allowed 1..64",
     ("accuracy.preset", '"Fast"'): 'unknown value "Fast"; did you mean "fast"? '
     'allowed "fast", "balanced", "reference"',
     ("models.target", '"cel"'): 'unknown value "cel"; did you mean "cell"? allowed "auto", "layers", "cell", "contact"',

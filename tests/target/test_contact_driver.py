@@ -37,7 +37,7 @@ def patch() -> Patch:
 def golden_text() -> str:
     law = law_table(AL2024.E_Pa, AL2024.nu, AL2024.combined)
     block = make_block(0.227, 0.8, 2.0)
-    return contact_driver("golden", law, ContactNumerics(), dimple(), block, patch(), np.array([0.43e-3, 0.33e-3]))
+    return contact_driver("golden", law, ContactNumerics(finite_strain=True), dimple(), block, patch(), np.array([0.43e-3, 0.33e-3]))
 
 
 def test_golden_driver():
@@ -84,6 +84,19 @@ def test_a_block_beyond_the_memory_is_refused_and_told_what_fits():
 def test_a_window_without_room_to_measure_is_refused(tmp_path):
     with pytest.raises(InputError, match="leaves no square"):
         solve_contact(AL2024, impacts([0.0], [0.0]), dimple(), (0.5e-3, 2e-3), tmp_path)
+
+
+@pytest.mark.parametrize(("count", "finite", "asked"), [(4, 1, None), (14, 0, None), (14, 1, True), (4, 0, False)])
+def test_strain_is_finite_up_to_an_exposure_or_as_asked(count, finite, asked, tmp_path, monkeypatch):
+    """4 dimples of .162 mm2 on .9 mm2: exposure .71; 14: 2.5."""
+    monkeypatch.setenv("PEEN_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr("glue.target.contact.run_freefem", lambda *args, **more: (_ for _ in ()).throw(InterruptedError))
+    along = np.linspace(-0.4e-3, 0.4e-3, count)
+    numerics = ContactNumerics(side_in_radii=4.2, elements_per_radius=1.5, finite_strain=asked)
+    with pytest.raises(InterruptedError):
+        solve_contact(AL2024, impacts(along, along, [60.0] * count, [1e-3] * count), dimple(), (1e-3, 1e-3), tmp_path / "run",
+                      numerics=numerics)  # fmt: skip
+    assert f"int finiteStrain = {finite};" in (tmp_path / "run" / "driver.edp").read_text()
 
 
 def test_expected_radii():

@@ -147,7 +147,8 @@ def _stress_chances(scene: Scene, metrics: dict, entry: dict | None, hits_half: 
         return {m.name: relative * abs(metrics[m.section].get(m.key) or 0.0) for m in wanted}
     if entry is None:
         return {}
-    ratio = scene.accuracy.cell_side_in_radii / entry["patch_side_in_radii"]
+    patches = metrics["target"].get("patches") or 1
+    ratio = scene.accuracy.cell_side_in_radii * math.sqrt(patches) / entry["patch_side_in_radii"]
     scatter = patch_scatter(entry, 1.0 if hits is None else hits)
     found = {}
     for metric in (m for m in METRICS if m.section == "residual_stress"):

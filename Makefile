@@ -16,7 +16,7 @@ SUDO     := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 export OMP_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-target bench-oblique fit-collisions fit-layers extremes thresholds readme
+.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-target bench-oblique bench-uncertainty bench-target-error tradeoff fit-collisions fit-layers extremes thresholds readme
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -74,6 +74,18 @@ bench-target: plugin ## contact block, periodic cell, layers and stamp against e
 fit-layers: plugin ## the layer model: fit it to periodic cells, judge it on others (15 minutes; cells are kept in build/bench/layers)
 	@mkdir -p build/bench
 	$(BIN)/python tests/benchmarks/layers_fit.py --json build/bench/layers_fit.json
+
+tradeoff: plugin ## what every choice costs and how far off it is, on four scenes (an hour); goes on where it was stopped [TRADE=al2024-s390, --only GROUP]
+	$(BIN)/peen tradeoff --jobs $$(nproc) $(TRADE)
+	cp build/tradeoff/measured.json glue/study/tradeoff/measured.json
+
+bench-uncertainty: plugin ## stated 95 % intervals against other seeds' results, mean width (10 minutes)
+	@mkdir -p build/bench
+	$(BIN)/python tests/benchmarks/bench_uncertainty.py --json build/bench/uncertainty.json
+
+bench-target-error: plugin ## error promised by peen run --target-error against what it is, on scenes not in the table (half an hour) [ERROR=5%]
+	@mkdir -p build/bench
+	$(BIN)/python tests/benchmarks/bench_target_error.py $(if $(ERROR),--error $(ERROR)) --json build/bench/target-error.json
 
 bench-oblique: plugin ## oblique impacts in three dimensions against the rule for their dimples (10 minutes)
 	@mkdir -p build/bench

@@ -100,6 +100,11 @@ def check(scene: Scene, scene_file: Path | None = None) -> dict:
     }
 
 
+def mean_hits_estimate(scene: Scene) -> float:
+    """Hits per point of the window at the end of the exposure, with dimples of estimated size."""
+    return float(expected_hits(scene, _dimple_areas_m2(scene)).hits[-1].mean())
+
+
 def _dimple_areas_m2(scene: Scene) -> np.ndarray:
     """Estimated mean dimple area by nozzle and medium, (nozzles, media) [m^2]."""
     found = np.empty((len(scene.nozzles), len(scene.media)))

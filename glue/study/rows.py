@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
+CAUSES = {
+    "statistical": "statistical", "numerical": "numerical", "material_law": "material law",
+    "restitution_friction": "restitution and friction",
+}  # fmt: skip
 # section of metrics.json: (title, ((key, label, factor to the printed unit, unit, digits), ...))
 ROWS = {
     "coverage": ("Coverage", (
@@ -88,3 +94,13 @@ def shown(values: dict, key: str, factor: float | None, unit: str, digits: int) 
     if factor is None:
         return str(value)
     return f"{round(value * factor, digits) + 0.0:.{digits}f} {unit}".strip()  # + 0.0: no "-0.000"
+
+
+def interval(metrics: dict, section: str, key: str, factor: float | None, unit: str, digits: int) -> str:
+    """" ± 0.61 %, mostly statistical": the metric's 95 % interval in its printed unit; empty where there is none."""
+    found = metrics.get("uncertainty", {}).get(f"{section}.{key}")
+    if not found or factor is None or found["mostly"] is None:
+        return ""
+    half = found["half_width_95"] * factor
+    digits = max(digits, 0 if half == 0.0 else 1 - math.floor(math.log10(half)) - 1)  # one digit of it at least
+    return f" ± {half:.{digits}f} {unit}".rstrip() + f", mostly {CAUSES[found['mostly']]}"

@@ -1,4 +1,4 @@
-"""The six stages: what each reads, computes, writes into the run directory and reports to metrics.json."""
+"""The seven stages: what each reads, computes, writes into the run directory and reports to metrics.json."""
 
 from __future__ import annotations
 
@@ -35,6 +35,13 @@ def report_stage(work: Work) -> tuple[dict, list[str]]:
     # A target that nothing struck is complete without a profile to draw.
     profile = (work.path / "stress_profile.csv").exists()
     return {}, write_report(work.path, work.scene, work.complete if profile else work.complete - {"target"})
+
+
+def uncertainty_stage(work: Work) -> tuple[dict, list[str]]:
+    """An interval for every metric of the stages before, and what it is made of."""
+    from glue.study.uncertainty.budget import budget  # here: it reads what the others wrote
+
+    return {"uncertainty": budget(work)}, []
 
 
 _SCENE = ("glue/scene/*.py",)
@@ -127,11 +134,19 @@ STAGES = (
         surface_stage,
     ),
     Stage(
+        "uncertainty",
+        (),
+        (*_SCENE, "glue/study/uncertainty/*.py", "glue/study/tradeoff/*", "glue/theory/avrami.py", "glue/target/strength.py"),
+        (),
+        uncertainty_stage,
+        uses=("dimple", "flow", "coverage", "target", "surface"),
+    ),
+    Stage(
         "report",
         (),
         ("glue/report/*.py", "glue/study/rows.py"),
         ("figures", "report.html"),
         report_stage,
-        uses=("dimple", "flow", "coverage", "target", "surface"),
+        uses=("dimple", "flow", "coverage", "target", "surface", "uncertainty"),
     ),
 )

@@ -21,7 +21,7 @@ from glue.atomic import atomic_path
 from glue.errors import InputError, NotConverged
 from glue.scene.model import Material
 from glue.target.physics import FIRST_YIELD, ImpactPhysics
-from glue.target.reduced_impact import ReducedImpact, copy_record
+from glue.target.reduced_impact import Numerics, ReducedImpact, copy_record
 from glue.target.speeds import Curve, outside, solve_speeds
 from glue.theory import hertz
 
@@ -146,6 +146,7 @@ def solve_dimple(
     diameter_m: float,
     elements_per_radius: int,
     workdir: Path,
+    steps_per_contact: float = Numerics.steps_per_contact,
     other_speeds_m_s: Sequence[float] = (),
     physics: ImpactPhysics = ImpactPhysics(),  # noqa: B008 - frozen
     jobs: int | None = None,
@@ -160,7 +161,7 @@ def solve_dimple(
     speeds = sorted({float(speed_m_s), *(float(v) for v in other_speeds_m_s or (0.5 * speed_m_s,))})
     runs = solve_speeds(
         material, speeds, density_kg_m3=density_kg_m3, elements_per_radius=elements_per_radius, physics=physics,
-        jobs=jobs, progress=progress,
+        numerics=Numerics(steps_per_contact=steps_per_contact), jobs=jobs, progress=progress,
     )  # fmt: skip
     nominal = runs[speeds.index(float(speed_m_s))]
     for speed, run in zip(speeds, runs, strict=True):

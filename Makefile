@@ -6,7 +6,7 @@ ACCURACY ?=
 PYTHON   ?= /usr/bin/python3
 
 # g++, libfreefem++-dev: ff-c++ for the kernels. libsuitesparse-dev: CHOLMOD, the contact model's one factorisation;
-# libopenblas-dev: its dense blocks, ten times slower with Debian's reference BLAS. libegl1, libgl1, libxrender1: pyvista draws off-screen and aborts without.
+# libopenblas-dev: its dense blocks, ten times slower with Debian's reference BLAS (which kernels: glue/solvers/blas.py). libegl1, libgl1, libxrender1: pyvista draws off-screen and aborts without.
 PACKAGES := yade freefem++ libfreefem++ libfreefem++-dev g++ libsuitesparse-dev libopenblas-dev python3-venv libegl1 libgl1 libxrender1
 BIN      := .venv/bin
 YADE_CHECKS := $(filter-out rows,$(basename $(notdir $(wildcard yade_scripts/checks/*.py))))

@@ -122,10 +122,10 @@ def convergence(rows: Rows) -> None:
         folder = WORK / "target" / f"five-{name}"
         return cases.at_depths(block(log, folder, numerics=ContactNumerics(**numbers), side_m=side)[-1], depth)
 
-    mesh = [run(f"mesh{n}", elements_per_radius=n, load_steps=8) for n in (1.6, 2.3, 3.24)]
+    mesh = [run(f"mesh{n}", elements_per_radius=n, load_steps=8) for n in (2.0, 2.6, 3.24)]
     off = [cases.deviation(a, mesh[-1])[1] for a in mesh[:-1]]
     rows.true("five impacts: stress nearer with each mesh", off[1] < off[0], f"rms off the finest {off[0]:.1%}, {off[1]:.1%}")
-    steps = [run(f"steps{n}", elements_per_radius=2.3, load_steps=n) for n in (4, 8, 16)]
+    steps = [run(f"steps{n}", elements_per_radius=2.6, load_steps=n) for n in (4, 8, 16)]
     off = [cases.deviation(a, steps[-1])[1] for a in steps[:-1]]
     rows.true("five impacts: stress nearer with more steps", off[1] < off[0], f"rms off the most {off[0]:.1%}, {off[1]:.1%}")
 

@@ -40,6 +40,8 @@ _EXAMPLES = """examples:
   peen report runs/mine                          one stage of a run, again if its inputs changed
   peen dimple --material al2024-t351 --speed 60  one impact
   peen dimple --material ti6al4v --speeds 1:120  a library of dimples over the speed
+  peen intensity --curve arcs.csv                Almen intensity of a measured saturation curve
+  peen intensity al2024-s390 --strip A           the same of a strip in the scene's jet, simulated
 
 exit codes: 0 done, 2 bad input, 3 a solver failed, 4 a solver did not converge, 130 stopped by Ctrl-C"""
 
@@ -147,6 +149,14 @@ def _parser() -> argparse.ArgumentParser:
     )
     accuracy(dimple)
 
+    almen = add("intensity", _intensity, "Almen intensity from a saturation curve: a measured one, or a strip in a scene's jet")
+    almen.add_argument("scene", metavar="SCENE", nargs="?")
+    almen.add_argument("--curve", metavar="FILE.csv", type=Path, help="measured: exposure_min|_s|_passes, arc_height_in|_mm|_m")
+    almen.add_argument("--strip", metavar="N|A|C", help="Almen strip (default: the scene's intensity's, else A)")
+    almen.add_argument("--target", metavar="MODEL", default="layers", help="layers (milliseconds) or cell (minutes)")
+    almen.add_argument("--figure", metavar="FILE.png", type=Path, help="draw the saturation curve")
+    accuracy(almen)
+
     add("doctor", _doctor, "versions; do the plugins load, do both solvers answer; what to do when not")
     return parser
 
@@ -215,6 +225,23 @@ def _dimple(args) -> int:
         print(single.library_text(library))
         if table:
             print("\n" + single.formulas_text(library.material, table))
+    return 0
+
+
+def _intensity(args) -> int:
+    from glue.study import intensity
+
+    result, found = intensity.intensity(
+        args.scene, args.curve, strip=args.strip, model=args.target, preset=args.accuracy, progress=Progress()
+    )
+    if args.figure is not None and found.problem is None:
+        from glue.report.saturation import saturation_plot  # here: loads matplotlib
+
+        saturation_plot(args.figure, found, unit=result["exposure_unit"], title=intensity.title(result))
+    print(json.dumps(result, indent=2) if args.json else intensity.intensity_text(result))
+    if found.problem:
+        _complain(f"{result.get('file') or result['scene']}: {found.problem}")
+        return InputError.exit_code
     return 0
 
 

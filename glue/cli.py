@@ -162,13 +162,13 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _check(args) -> int:
-    from glue.scene.reader import read_scene
     from glue.study.check import check
     from glue.study.check_text import check_text
     from glue.study.pipeline import find_scene
+    from glue.study.specify import read_specified
 
     scene_file = find_scene(args.scene)
-    scene = read_scene(scene_file, preset=args.accuracy)
+    scene, _ = read_specified(scene_file, preset=args.accuracy, progress=Progress())
     print(json.dumps(check(scene, scene_file), indent=2) if args.json else check_text(scene, scene_file))
     return 0
 

@@ -9,15 +9,16 @@ import numpy as np
 
 from glue.errors import InputError
 from glue.scene.model import Scene
-from glue.scene.reader import read_scene
 from glue.study.dimple_stage import ready_kernels
 from glue.study.measured import read_curve
 from glue.study.pipeline import find_scene
 from glue.study.shot_stream import stream_of
+from glue.study.specify import read_specified
+from glue.study.strip_cells import cell_curve
 from glue.surface.saturation import STATED, Saturation, fit_saturation
 from glue.target.layers import CALIBRATED
 from glue.target.strip import MODEL_ERROR, StripLibrary, strip_library
-from glue.theory.almen import STRIPS, mils
+from glue.theory.almen import STRIPS, mils, read_intensity
 
 # Exposures of a simulated curve over the saturation exposure: what a shop would peen, with twice and four times it.
 MODELS = ("layers", "cell")
@@ -43,10 +44,13 @@ def intensity(
     letter = None if strip is None else strip.upper()
     if curve is not None:
         return curve_of_file(curve, letter)
-    scene = read_scene(find_scene(scene_argument), preset=preset)
+    scene, _ = read_specified(find_scene(scene_argument), preset=preset, progress=progress)
     ready_kernels()
+    if letter is None and scene.specification is not None:  # the strip that the drawing names
+        letter = next((read_intensity(text).strip.letter for text in scene.specification.intensities if text), None)
     library = strip_library(lambda share, text: progress("strip", share, text))
-    return scene_intensity(scene, letter or "A", library)
+    result, found = scene_intensity(scene, letter or "A", library)
+    return (result, found) if model == "layers" else _by_cells(scene, result, library, progress)
 
 
 def title(result: dict) -> str:
@@ -124,6 +128,23 @@ def scene_intensity(scene: Scene, letter: str, library: StripLibrary) -> tuple[d
     return result, found
 
 
+def _by_cells(scene: Scene, layers: dict, library: StripLibrary, progress) -> tuple[dict, Saturation]:
+    """The same curve by periodic cells, beside what the layers said."""
+    strip, stream = STRIPS[layers["strip"]], stream_of(scene)
+    curve = cell_curve(
+        library, strip, stream, scene.accuracy, seed=scene.seed, progress=lambda share, text: progress("cells", share, text)
+    )
+    found = fit_saturation(curve.hits / library.hits_1_s(stream), curve.arc_height_m)
+    kept = ("scene", "strip", "exposure_unit", "normal_speed_m_s", "hits_per_point_1_s", "material", "material_source")
+    return {key: layers[key] for key in kept} | {
+        "model": "cell",
+        **saturation_dict(found),
+        "arc_height_standard_error_m": curve.standard_error_m.tolist(),
+        "layers_intensity_m": layers["intensity_m"],
+        "over_layers_relative": None if found.problem else found.intensity_m / layers["intensity_m"] - 1.0,
+    }, found
+
+
 def _beyond(hits: np.ndarray):
     span = CALIBRATED["exposure"]
     if hits[0] < span.low or hits[-1] > span.high:
@@ -154,7 +175,14 @@ def intensity_text(result: dict) -> str:
         _row("equation", f"{result['equation']}, " + ", ".join(f"{k} {v:.4g}" for k, v in result["parameters"].items())
              + f"; residual {mils(result['residual_m']) * 1e-3:.5f} in"),
     ]  # fmt: skip
-    if "hits_per_point_1_s" in result:
+    if "layers_intensity_m" in result:
+        error = max(e / h for e, h in zip(result["arc_height_standard_error_m"], result["arc_height_m"]))
+        rows += [
+            _row("against layers", f"{result['over_layers_relative']:+.1%} of their {mils(result['layers_intensity_m']):.2f}{strip};"
+                 f" arc heights are means over cells, standard error up to {error:.1%}"),
+            _row("strip steel", result["material_source"]),
+        ]  # fmt: skip
+    if "saturation_hits" in result:
         rows += [
             _row("by the curve itself", f"{mils(result['arc_height_at_exact_saturation_m']):.2f}{strip} at"
                  f" {result['exact_saturation_exposure_s']:.4g} s, {result['saturation_hits']:.2f} hits per point"

@@ -7,6 +7,7 @@ ROWS = {
     "coverage": ("Coverage", (
         ("final", "at the end", 100, "%", 2),
         ("time_98_s", "time to 98 %", 1, "s", 2),
+        ("percent", "as the trade counts (98 % is full)", 1, "%", 0),
         ("avrami_final", "Avrami, at the end", 100, "%", 2),
         ("avrami_time_98_s", "Avrami, time to 98 %", 1, "s", 2),
         ("avrami_mass_flow_final", "Avrami by mass flow, at the end", 100, "%", 2),

@@ -17,6 +17,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
 from glue.errors import InputError
@@ -27,7 +28,7 @@ from glue.target.layers import CALIBRATED, LayerShape, LayersResult, layer_profi
 from glue.target.part import strip_arc_height_m
 from glue.target.reduced_impact import solve_reduced
 from glue.target.speeds import Curve, spaced
-from glue.theory.almen import INCH_m, Strip
+from glue.theory.almen import Strip, mils
 
 STRIP_MATERIAL = "sae1070"
 DENSITY_kg_m3 = 7800.0  # of the shots that are solved
@@ -131,62 +132,67 @@ class StripLibrary:
         """Arc height [m] at saturation."""
         return self.saturation(strip, stream)[1]
 
-    def factor_for(self, strip: Strip, intensity_m: float, stream: Stream) -> float:
-        """Factor on all speeds of ``stream`` with which it peens the strip to ``intensity_m``.
 
-        Raises InputError with the intensities that can be had when it lies beyond the library.
-        """
+class IntensityCurve:
+    """Intensity of one strip over a factor on all speeds of a stream, as far as the library and the strip go.
+
+    A monotone spline through POINTS exact values in logarithms.  Beyond some speed a thin strip yields through half of its
+    thickness and bends less again: the rising part alone counts.  Raises InputError when there is none.
+    """
+
+    POINTS = 17
+
+    def __init__(self, library: StripLibrary, strip: Strip, stream: Stream):
+        self.library, self.strip, self.stream = library, strip, stream
         equivalent = stream.normal_speed_m_s * np.sqrt(stream.density_kg_m3 / DENSITY_kg_m3)
-        least, most = self.speeds_m_s[0] / equivalent.min(), self.speeds_m_s[-1] / equivalent.max()
+        least, most = library.speeds_m_s[0] / equivalent.min(), library.speeds_m_s[-1] / equivalent.max()
+        found = []
+        for x in np.linspace(math.log(least), math.log(most), self.POINTS) if least < most else ():
+            try:
+                value = math.log(self.exact(math.exp(x)))
+            except InputError:  # too deep for the strip, or no saturation
+                if found:
+                    break
+                continue
+            if found and value <= found[-1][1]:
+                break
+            found.append((float(x), value))
+        if len(found) < 2:
+            raise InputError(f"strip {strip.letter}: no speed at which these shots bend it as they should; allowed another strip")
+        self.x, self.y = map(np.array, zip(*found))
+        self._spline = PchipInterpolator(self.x, self.y)
 
-        def scaled(factor: float) -> Stream:
-            return stream._replace(normal_speed_m_s=stream.normal_speed_m_s * factor)
+    def exact(self, factor: float) -> float:
+        """Intensity [m] with the speeds of the stream times ``factor``, from the model itself."""
+        return self.library.intensity_m(self.strip, self.faster(factor))
 
-        def reached(x: float) -> float:
-            return self.intensity_m(strip, scaled(math.exp(x)))
+    def faster(self, factor: float) -> Stream:
+        return self.stream._replace(normal_speed_m_s=self.stream.normal_speed_m_s * factor)
 
-        ends = _workable(reached, math.log(least), math.log(most))
-        if ends is None:
-            raise InputError(f"strip {strip.letter}: shots of this size end no layer inside it at any speed; another strip")
-        low, high = ends
-        # Beyond some speed a thin strip yields through half its thickness and bends less again: the rising part counts.
-        grid = np.linspace(low, high, 13)
-        low, high = float(grid[0]), float(grid[int(np.argmax([reached(float(x)) for x in grid]))])
-        lowest, highest = reached(low), reached(high)
-        if not lowest <= intensity_m <= highest:
-            mean = float(stream.normal_speed_m_s.mean())
-            mil = 1e-3 * INCH_m
-            raise InputError(
-                f"{intensity_m / mil:.3g}{strip.letter} is out of reach of these shots: allowed {lowest / mil:.3g}{strip.letter}"
-                f" (at {mean * math.exp(low):.3g} m/s normal speed) to {highest / mil:.3g}{strip.letter} (at"
-                f" {mean * math.exp(high):.3g} m/s)"
+    def exponent(self, factor: float) -> float:
+        """Intensity ~ speed^exponent there."""
+        return float(self._spline(np.clip(math.log(factor), self.x[0], self.x[-1]), 1))
+
+    def factor(self, intensity_m: float, *, polish: bool = True) -> float:
+        """The factor that brings this intensity; to 1e-4 with ``polish``, else as good as the spline.
+
+        Raises InputError with what can be had when it lies beyond.
+        """
+        y = math.log(intensity_m)
+        if not self.y[0] <= y <= self.y[-1]:
+            ends = (
+                f"{mils(math.exp(self.y[k])):.3g}{self.strip.letter} (at"
+                f" {self.stream.normal_speed_m_s.mean() * math.exp(self.x[k]):.3g} m/s normal speed)"
+                for k in (0, -1)
             )
-        return math.exp(brentq(lambda x: reached(x) - intensity_m, low, high, xtol=1e-5))
-
-
-def _workable(reached: Callable[[float], float], low: float, high: float) -> tuple[float, float] | None:
-    """The part of low..high in which the strip is thick enough and saturates, to 1 %; faster shots reach too deep."""
-
-    def works(x: float) -> bool:
-        try:
-            reached(x)
-        except InputError:
-            return False
-        return True
-
-    x = np.linspace(low, high, 13)
-    good = [works(float(v)) for v in x]
-    if not any(good):
-        return None
-    first, last = good.index(True), len(good) - 1 - good[::-1].index(True)
-    ends = []
-    for inside, outside in ((first, first - 1), (last, last + 1)):
-        a, b = float(x[inside]), float(x[outside]) if 0 <= outside < len(x) else None
-        while b is not None and abs(a - b) > 0.01:
-            middle = 0.5 * (a + b)
-            a, b = (middle, b) if works(middle) else (a, middle)
-        ends.append(a)
-    return ends[0], ends[1]
+            raise InputError(f"{mils(intensity_m):.3g}{self.strip.letter} is out of reach of these shots: allowed {' to '.join(ends)}")
+        x = brentq(lambda x: float(self._spline(x)) - y, self.x[0], self.x[-1], xtol=1e-9)
+        for _ in range(5 if polish else 0):
+            off = (math.log(self.exact(math.exp(x))) - y) / self.exponent(math.exp(x))
+            x = float(np.clip(x - off, self.x[0], self.x[-1]))
+            if abs(off) < 1e-4:
+                break
+        return math.exp(x)
 
 
 def strip_library(progress: Callable[[float, str], None] | None = None, elements_per_radius: int = ELEMENTS) -> StripLibrary:

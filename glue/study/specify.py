@@ -1,0 +1,194 @@
+"""From what a drawing says to what a scene needs: speeds from intensities or machine settings, time from coverage.
+
+Speeds come from the strip model (``glue.target.strip``: layers, preset fast); the exposure from one solved dimple of the
+target, the nozzles' footprints and Avrami.  All that was found is told with its uncertainty.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+from glue.errors import InputError
+from glue.flow.regime import expected_errors
+from glue.scene.consistency import estimated_dimple_radius_m
+from glue.scene.model import Nozzle, Scene
+from glue.scene.reader import read_bytes, read_scene
+from glue.scene.specification import INFERRED
+from glue.scene.targets import surface_file
+from glue.study.coverage_stage import FULL_COVERAGE
+from glue.study.dimple_stage import ready_kernels
+from glue.study.exposure import estimated_areas_m2, expected_hits
+from glue.study.flow_stage import restitution_estimate
+from glue.study.machine import Calibrated, calibrate
+from glue.study.reference import reference_impact
+from glue.study.shot_stream import stream_of
+from glue.target.dimple import zero_height_radius
+from glue.target.reduced_impact import solve_reduced
+from glue.target.strip import ELEMENTS, MODEL_ERROR, IntensityCurve, StripLibrary, strip_library
+from glue.theory.almen import mils, read_intensity
+
+Progress = Callable[[str, float | None, str], None]
+RADIUS_ERROR = 0.01  # of a dimple at preset fast; area and time follow with its double
+
+
+def read_specified(
+    path: Path, *, preset: str | None = None, content: bytes | None = None, progress: Progress = lambda *_: None
+) -> tuple[Scene, dict[str, bytes]]:
+    """A scene with all that it only specifies found, and the files that must lie beside it to be read again.
+
+    Errors are those of ``read_scene``, of intensities, curves and coverages out of reach (InputError), and of the
+    solver (SolverFailed, NotConverged).
+    """
+    content = read_bytes(path) if content is None else content
+    scene = read_scene(path, preset=preset, content=content, provisional=True)
+    if scene.specification is None:
+        return scene, {}
+    found = infer(scene, path, progress) | {"schema": 1, "scene_sha256": hashlib.sha256(content).hexdigest()}
+    files = {INFERRED: (json.dumps(found, indent=2) + "\n").encode()}
+    machine = scene.specification.machine
+    for curve in machine.curves if machine else ():
+        source = surface_file(path, curve.file)
+        files[Path(curve.file).name] = source.read_bytes()
+    return read_scene(path, preset=preset, content=content, inferred=found), files
+
+
+def infer(scene: Scene, scene_file: Path, progress: Progress) -> dict:
+    """{speed_m_s by nozzle, exposure_time_s, text, …} for a scene read with stand-ins."""
+    said, text, problems = scene.specification, [], []
+    library = None
+    if any(said.intensities) or (said.machine and said.machine.curves):
+        ready_kernels()
+        library = strip_library(lambda share, line: progress("strip", share, line))
+    machine = None
+    try:
+        machine = _machine(scene, scene_file, library)
+    except InputError as problem:
+        problems += problem.problems
+    nozzles = list(scene.nozzles)
+    for k, nozzle in enumerate(scene.nozzles):
+        key = "nozzle" if len(nozzles) == 1 else f"nozzle[{k + 1}]"
+        try:
+            if said.intensities[k]:
+                nozzles[k] = _by_intensity(scene, k, said.intensities[k], library, machine, key, text)
+            elif said.settings[k] is not None and machine is not None:
+                nozzles[k] = _by_setting(nozzle, said.settings[k], machine, key, text)
+        except InputError as problem:
+            problems += [f"{scene_file}: {key}.intensity: {sentence}" for sentence in problem.problems]
+    if problems:
+        raise InputError(problems)
+    if machine is not None:
+        text[:0] = machine.text
+    scene = dataclasses.replace(scene, nozzles=tuple(nozzles))
+    found = {"speed_m_s": [n.speed_m_s for n in nozzles], "exposure_time_s": scene.exposure_time_s}
+    if said.coverage_percent is not None:
+        found["exposure_time_s"] = _exposure_s(scene, scene_file, said.coverage_percent, progress, text)
+    return found | {"text": text}
+
+
+def _machine(scene: Scene, scene_file: Path, library: StripLibrary | None) -> Calibrated | None:
+    machine = scene.specification.machine
+    if machine is None:
+        return None
+    stream, ratio = None, 1.0
+    if machine.curves:
+        k = next((k for k, at in enumerate(scene.specification.settings) if at is not None), 0)
+        stream = stream_of(_alone(scene, k))
+        ratio = float(stream.normal_speed_m_s.mean()) / scene.nozzles[k].speed_m_s
+    return calibrate(machine, scene_file, library, stream, ratio)
+
+
+def _alone(scene: Scene, k: int) -> Scene:
+    """The scene with its nozzle ``k`` only."""
+    return dataclasses.replace(scene, nozzles=(scene.nozzles[k],))
+
+
+def _round(value: float) -> float:
+    """Four digits: far finer than anything here is known, and the same again next time."""
+    return float(f"{value:.4g}")
+
+
+def _by_intensity(
+    scene: Scene, k: int, written: str, library: StripLibrary, machine: Calibrated | None, key: str, text: list[str]
+) -> Nozzle:
+    wanted, nozzle = read_intensity(written), scene.nozzles[k]
+    ends = {height: 0.0 for height in (wanted.low_m, wanted.aim_m, wanted.high_m)}
+    for height in ends:
+        trial, curves = nozzle, None
+        for _ in range(1 if scene.air_drag is None else 6):  # drag bends the way from exit speed to impact speed
+            stream = stream_of(_alone(dataclasses.replace(scene, nozzles=tuple(trial if i == k else n for i, n in enumerate(scene.nozzles))), k))
+            curves = IntensityCurve(library, wanted.strip, stream)
+            factor = curves.factor(height)
+            trial = dataclasses.replace(trial, speed_m_s=trial.speed_m_s * factor)
+            if abs(factor - 1.0) < 1e-4:
+                break
+        ends[height] = trial.speed_m_s
+    speed = _round(ends[wanted.aim_m])
+    exponent = curves.exponent(factor)
+    window = f", {mils(wanted.low_m):g} to {mils(wanted.high_m):g} at {ends[wanted.low_m]:.4g} to {ends[wanted.high_m]:.4g} m/s"
+    stream = stream_of(_alone(scene, k))
+    stream = stream._replace(normal_speed_m_s=stream.normal_speed_m_s * speed / nozzle.speed_m_s)
+    hits, _ = library.saturation(wanted.strip, stream)
+    off = MODEL_ERROR / exponent
+    text.append(
+        f"{key}.speed_m_s = {speed:g} from intensity {wanted} on strip {wanted.strip.letter}"
+        f"{window if wanted.low_m < wanted.high_m else ''}; ± {off:.0%} by the strip model (± {MODEL_ERROR:.0%} of the arc height, which"
+        f" goes with speed^{exponent:.2f}), and by the strip steel's law, grade {library.material.grade}"
+    )
+    text.append(
+        f"{key}: the strip saturates after about {hits / library.hits_1_s(stream):.3g} s of this jet at rest"
+        f" ({hits:.2f} hits per point)"
+    )
+    if machine is not None:
+        setting = machine.setting_for(speed)
+        low, high = machine.machine.range
+        text.append(
+            f"{key}: {machine.machine.setting} = {setting:.4g} on the machine"
+            if setting is not None
+            else f"{key}: no {machine.machine.setting} within the calibration ({low:g} to {high:g}) gives that speed"
+        )
+    return dataclasses.replace(nozzle, speed_m_s=speed)
+
+
+def _by_setting(nozzle: Nozzle, setting: float, machine: Calibrated, key: str, text: list[str]) -> Nozzle:
+    found = machine.speed(setting)
+    sure = f"{found.low:.4g} to {found.high:.4g} m/s"
+    kind = "95 %, by the curves' own scatter" if machine.law is not None else "the table's own curvature" if machine.machine.table else "95 %"
+    note = ""
+    if machine.law is not None:
+        note = f"; besides ± {MODEL_ERROR:.0%} of the arc height by the strip model, which drops out where intensities are compared"
+    text.append(f"{key}.speed_m_s = {_round(found.value):g} from {machine.machine.setting} = {setting:g}: {sure} ({kind}){note}")
+    return dataclasses.replace(nozzle, speed_m_s=_round(found.value))
+
+
+def _exposure_s(scene: Scene, scene_file: Path, percent: float, progress: Progress, text: list[str]) -> float:
+    """Time [s] to ``percent`` of coverage on the target: 100 is the time to 98 %, beyond it multiples of that."""
+    nozzle, shots = reference_impact(scene)
+    material, speed = scene.target.material, nozzle.normal_speed_m_s
+    ready_kernels()
+    progress("dimple", 0.0, f"impact on the target at {speed:.4g} m/s, preset fast")
+    impact = solve_reduced(
+        material, material.single_law, speed_m_s=speed, density_kg_m3=shots.density_kg_m3, elements_per_radius=ELEMENTS
+    )
+    radius = zero_height_radius(impact) * 0.5 * shots.diameter_m
+    areas = estimated_areas_m2(scene) * (radius / estimated_dimple_radius_m(shots, speed, material)) ** 2
+    level = min(0.01 * percent, FULL_COVERAGE)
+    time_s = expected_hits(dataclasses.replace(scene, exposure_time_s=1.0), areas).time_to(level)
+    if time_s is None:
+        raise InputError(
+            f"{scene_file}: coverage_percent: the jets leave a part of the window bare however long it lasts; a wider jet_diameter_m, or a smaller window"
+        )
+    lost = min(0.5, expected_errors(scene, restitution_estimate(scene)[0])["ballistic"])
+    times = max(1.0, 0.01 * percent)
+    found = _round(time_s / (1.0 - lost) * times)
+    off = math.hypot(2.0 * RADIUS_ERROR, 0.5 * lost / (1.0 - lost))
+    full = f"{percent:g} % is {times:g} times the {time_s / (1.0 - lost):.4g} s to 98 %" if percent >= 100.0 else f"{percent:g} %"
+    text.append(
+        f"exposure_time_s = {found:g} ± {off:.0%} from coverage_percent: {full}; expected (Avrami) for dimples of {radius * 1e6:.4g} µm radius"
+        f" at {speed:.4g} m/s, collisions taking {lost:.1%}"
+    )
+    return found

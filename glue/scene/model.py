@@ -161,10 +161,23 @@ class Target:
     window_m: tuple[float, float]  # size in x and y, centred on the origin
     thickness_m: float | None = None  # of a free plate; None: too thick to stretch or bend
     surface: Surface = Surface()
+    initial_stress: tuple[tuple[float, float], ...] = ()  # (depth [m], in-plane stress [Pa]) before peening, depth rising
+    initial_roughness: tuple[float, float] | None = None  # (Sa, wavelength) [m] before peening
 
     @property
     def window_area_m2(self) -> float:
         return self.window_m[0] * self.window_m[1]
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What was measured on the part, to stand beside what is computed; nothing of it goes into the computation."""
+
+    stress_file: str = ""
+    sha256: str = ""  # of its content
+    Ra_m: float | None = None
+    Rz_m: float | None = None
+    xray_depth_m: float | None = None  # in which the X-rays' intensity falls to 1/e
 
 
 @dataclass(frozen=True)
@@ -326,6 +339,7 @@ class Scene:
     strain_rate: StrainRate | None = None
     target_inertia: Switch | None = None
     elastic_shot: Switch | None = None
+    measured: Measured | None = None
     specification: Specification | None = None
     inferred: tuple[str, ...] = field(default=(), compare=False)  # what followed from it, with uncertainty, for printing
     defaults_used: tuple[str, ...] = field(default=(), compare=False)  # "key = value (source)" for printing

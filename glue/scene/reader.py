@@ -12,6 +12,7 @@ from pathlib import Path
 
 from glue.errors import InputError
 from glue.scene import consistency, schema
+from glue.scene.measured import read_measured
 from glue.scene.media import read_media
 from glue.scene.model import Accuracy, Choice, Models, Scene
 from glue.scene.nozzles import feed_says, read_exposure, read_nozzles
@@ -78,6 +79,7 @@ def read_scene(
     nozzles = read_nozzles(top, exposure, inferred["speed_m_s"] if inferred else None)
     exposure = read_exposure(top, exposure, nozzles)
     target = read_target(top, path)
+    measured = read_measured(top, path)
     restitution, friction = read_restitution(top), read_friction(top)
     gravity, air_drag = read_gravity(top), read_air_drag(top)
     strain_rate = read_strain_rate(top, target.material if target else None)
@@ -116,6 +118,7 @@ def read_scene(
         strain_rate=strain_rate,
         target_inertia=target_inertia,
         elastic_shot=elastic_shot,
+        measured=measured,
         specification=specification,
         inferred=tuple(inferred["text"]) if inferred else (),
         defaults_used=tuple(log.defaults),
@@ -134,8 +137,11 @@ def resolved_dict(scene: Scene) -> dict:
     """
     plain = _plain(dataclasses.asdict(scene))
     del plain["defaults_used"], plain["inferred"]
-    if scene.specification is None:  # scenes without one hash as they always did
-        del plain["specification"]
+    # What a scene does not have is left out: scenes that never heard of it hash as they always did.
+    for table, keys in ((plain, ("specification", "measured")), (plain["target"], ("initial_stress", "initial_roughness"))):
+        for key in keys:
+            if not table[key]:
+                del table[key]
     return {"schema": schema.SCHEMA, **plain}
 
 

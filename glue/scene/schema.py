@@ -29,7 +29,7 @@ TOP = {
 }
 TABLES = (
     *("shots", "nozzle", "target", "restitution", "friction", "gravity", "air_drag", "strain_rate", "target_inertia"),
-    *("elastic_shot", "models", "accuracy", "machine"),
+    *("elastic_shot", "models", "accuracy", "machine", "measured"),
 )
 
 SHOTS = {
@@ -99,6 +99,14 @@ PULSE = {
 PULSE_KEYS = {"steady": (), "pulsed": ("pulse_duty",), "sinusoidal": ("pulse_amplitude",)}
 
 TARGET = {"window_m": Vector("xy", Number(2e-5, 0.2, "m")), "thickness_m": Number(1e-4, 1.0, "m")}
+INITIAL_STRESS = {"depth_m": Number(0.0, 0.1, "m"), "stress_Pa": Number(-3e9, 3e9, "Pa")}
+INITIAL_ROUGHNESS = {"Sa_m": Number(1e-9, 1e-4, "m"), "wavelength_m": Number(1e-6, 1e-2, "m")}
+MEASURED = {
+    "stress_file": Text(r"[^\0]{1,1000}", "allowed: the name of a CSV file, from the scene file's folder"),
+    "Ra_m": Number(1e-9, 1e-3, "m"),
+    "Rz_m": Number(1e-9, 1e-2, "m"),
+    "xray_depth_m": Number(1e-7, 1e-3, "m"),
+}
 SURFACE = {
     "kind": Word(("plane", "cylinder", "stl")),
     "radius_m": Number(1e-4, 100.0, "m"),
@@ -188,12 +196,13 @@ _HOMES = {
     "the top of the file": TOP | {"coverage_percent": None},
     "[shots]": {key: SHOTS[key] for key in ("grade", "diameter_m", "size", "size_cv", "mass_fraction")},
     "[nozzle]": NOZZLE | SPECIFIED | {"air_pressure_Pa": None} | JET | FEED | PULSE,
-    "[target]": {"material": None, "window_m": None, "thickness_m": None},
+    "[target]": {"material": None, "window_m": None, "thickness_m": None, "initial_stress": None},
     "[gravity]": {"acceleration_m_s2": None},
     "[air_drag]": AIR_DRAG,
     "[strain_rate]": STRAIN_RATE,
     "[friction]": {"in_dimple": None},
     "[restitution.hardening]": SPOT_HARDENING,
     "[accuracy]": ACCURACY,
+    "[measured]": MEASURED,
 }
 BELONGS_IN = {key: home for home, keys in _HOMES.items() for key in keys if key != "name"}

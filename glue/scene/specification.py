@@ -18,7 +18,7 @@ from glue.scene import schema
 from glue.scene.fields import kind, quoted, show
 from glue.scene.model import Machine, MachineCurve, MachineLaw, Specification
 from glue.scene.table import Table
-from glue.scene.targets import surface_file
+from glue.scene.measured import beside
 from glue.theory.almen import STRIPS
 
 INFERRED = "inferred.json"
@@ -167,7 +167,7 @@ def _curve(row: Table, at: float, values: dict, scene_file: Path) -> MachineCurv
     if strip not in STRIPS:
         row.problem("strip", f"unknown strip {quoted(values['strip'])}; allowed {', '.join(STRIPS)}")
         return None
-    path = surface_file(scene_file, values["file"])
+    path = beside(scene_file, values["file"])
     if path is None:
         row.problem("file", f"no file {quoted(values['file'])} in {scene_file.parent or '.'}; allowed: a saturation curve (CSV)")
         return None

@@ -12,7 +12,7 @@ from glue.scene.model import Scene
 from glue.study.dimple_stage import ready_kernels
 from glue.study.measured import read_curve
 from glue.study.pipeline import find_scene
-from glue.study.shot_stream import stream_of
+from glue.study.shot_stream import energy_lost, stream_of
 from glue.study.specify import read_specified
 from glue.study.strip_cells import cell_curve
 from glue.surface.saturation import STATED, Saturation, fit_saturation
@@ -97,8 +97,8 @@ def saturation_dict(found: Saturation) -> dict:
 def scene_intensity(scene: Scene, letter: str, library: StripLibrary) -> tuple[dict, Saturation]:
     """The saturation curve of strip ``letter`` in place of the scene's target, by the layer model.
 
-    Exposure per time comes from the nozzles' footprints at the middle of the window, without collisions; a scene whose
-    nozzles travel is repeated as a whole.  Raises InputError beyond what the models can do.
+    Exposure per time comes from the nozzles' footprints at the middle of the window, collisions take an estimated share of
+    the energy; a scene whose nozzles travel is repeated as a whole.  Raises InputError beyond what the models can do.
     """
     strip = STRIPS[letter]
     stream = stream_of(scene)
@@ -114,6 +114,7 @@ def scene_intensity(scene: Scene, letter: str, library: StripLibrary) -> tuple[d
         "model": "layers",
         "exposure_unit": "s",
         "normal_speed_m_s": float(stream.normal_speed_m_s.mean()),
+        "energy_lost_in_collisions": energy_lost(scene),
         "hits_per_point_1_s": hits_1_s,
         "saturation_hits": saturation_hits,
         "coverage_of_strip_at_saturation": -math.expm1(-saturation_hits),
@@ -187,6 +188,8 @@ def intensity_text(result: dict) -> str:
             _row("by the curve itself", f"{mils(result['arc_height_at_exact_saturation_m']):.2f}{strip} at"
                  f" {result['exact_saturation_exposure_s']:.4g} s, {result['saturation_hits']:.2f} hits per point"
                  f" ({result['coverage_of_strip_at_saturation']:.0%} coverage of the strip)"),
+            _row("speed on arrival", f"{result['normal_speed_m_s']:.4g} m/s, normal to the strip; collisions take"
+                 f" {result['energy_lost_in_collisions']:.1%} of the energy (estimate)"),
             _row("model error", f"about {result['model_error_relative']:.0%} of an arc height (layers against cells), and"
                  " what the strip steel's law is off"),
             _row("strip steel", result["material_source"]),

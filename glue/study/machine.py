@@ -18,7 +18,7 @@ from scipy.stats import t as student
 
 from glue.errors import InputError
 from glue.scene.model import Machine
-from glue.scene.targets import surface_file
+from glue.scene.measured import beside
 from glue.study.measured import MeasuredCurve, read_curve
 from glue.surface.saturation import STATED, fit_saturation
 from glue.target.strip import IntensityCurve, StripLibrary, Stream
@@ -159,7 +159,7 @@ def calibrate(machine: Machine, scene_file: Path, library: StripLibrary | None, 
     points, problems, by_strip = [], [], {}
     for curve in machine.curves:
         try:
-            path = surface_file(scene_file, curve.file)
+            path = beside(scene_file, curve.file)
             measured = read_curve(path or Path(curve.file))
             if curve.strip not in by_strip:
                 by_strip[curve.strip] = IntensityCurve(library, STRIPS[curve.strip], stream)

@@ -6,20 +6,23 @@ import math
 
 import numpy as np
 
+from glue.errors import InputError
 from glue.flow.drag import speed_after_flight, surroundings
 from glue.flow.footprint import fluence_1_m2
-from glue.errors import InputError
+from glue.flow.regime import expected_errors
 from glue.scene import sizes
 from glue.scene.model import Scene
+from glue.study.flow_stage import restitution_estimate
 from glue.target.strip import Stream
 
 _SAMPLES = 120  # of a mixture; shots all alike are one
 
 
 def stream_of(scene: Scene) -> Stream:
-    """Expected impacts at the window's middle, none of which met another shot: mean over the scene's exposure.
+    """Expected impacts at the window's middle, mean over the scene's exposure; their number is that without collisions.
 
-    Raises InputError when no nozzle reaches it.
+    Normal speeds are those on arrival: air drag, and the mean energy that collisions take (``energy_lost``).
+    Raises InputError when no nozzle reaches the middle.
     """
     kinds = []  # (flux, nozzle, medium)
     for i, nozzle in enumerate(scene.nozzles):
@@ -42,7 +45,13 @@ def stream_of(scene: Scene) -> Stream:
         _, nozzle, shots = kinds[k]
         diameter = sizes.quantile_m(shots, float((u - low) / (ends[k] - low)))
         columns.append((diameter, shots.density_kg_m3, _normal_speed_m_s(scene, nozzle, shots, diameter)))
-    return Stream(*np.array(columns).T, total)
+    diameter, density, speed = np.array(columns).T
+    return Stream(diameter, density, speed * math.sqrt(1.0 - energy_lost(scene)), total)
+
+
+def energy_lost(scene: Scene) -> float:
+    """Share of the mean normal energy that collisions take from the stream, estimated (``glue.flow.regime``)."""
+    return min(0.5, expected_errors(scene, restitution_estimate(scene)[0])["ballistic"])
 
 
 def _normal_speed_m_s(scene: Scene, nozzle, shots, diameter_m: float) -> float:

@@ -14,19 +14,18 @@ from collections.abc import Callable
 from pathlib import Path
 
 from glue.errors import InputError
-from glue.flow.regime import expected_errors
 from glue.scene.consistency import estimated_dimple_radius_m
 from glue.scene.model import Nozzle, Scene
 from glue.scene.reader import read_bytes, read_scene
 from glue.scene.specification import INFERRED
-from glue.scene.targets import surface_file
+from glue.scene.measured import beside
 from glue.study.coverage_stage import FULL_COVERAGE
 from glue.study.dimple_stage import ready_kernels
 from glue.study.exposure import estimated_areas_m2, expected_hits
-from glue.study.flow_stage import restitution_estimate
 from glue.study.machine import Calibrated, calibrate
+from glue.study.measured import read_profile
 from glue.study.reference import reference_impact
-from glue.study.shot_stream import stream_of
+from glue.study.shot_stream import energy_lost, stream_of
 from glue.target.dimple import zero_height_radius
 from glue.target.reduced_impact import solve_reduced
 from glue.target.strip import ELEMENTS, MODEL_ERROR, IntensityCurve, StripLibrary, strip_library
@@ -46,13 +45,18 @@ def read_specified(
     """
     content = read_bytes(path) if content is None else content
     scene = read_scene(path, preset=preset, content=content, provisional=True)
+    files = {}
+    if scene.measured is not None and scene.measured.stress_file:
+        source = beside(path, scene.measured.stress_file)
+        read_profile(source)  # its mistakes are told before anything runs
+        files[source.name] = source.read_bytes()
     if scene.specification is None:
-        return scene, {}
+        return scene, files
     found = infer(scene, path, progress) | {"schema": 1, "scene_sha256": hashlib.sha256(content).hexdigest()}
-    files = {INFERRED: (json.dumps(found, indent=2) + "\n").encode()}
+    files |= {INFERRED: (json.dumps(found, indent=2) + "\n").encode()}
     machine = scene.specification.machine
     for curve in machine.curves if machine else ():
-        source = surface_file(path, curve.file)
+        source = beside(path, curve.file)
         files[Path(curve.file).name] = source.read_bytes()
     return read_scene(path, preset=preset, content=content, inferred=found), files
 
@@ -119,8 +123,8 @@ def _by_intensity(
     ends = {height: 0.0 for height in (wanted.low_m, wanted.aim_m, wanted.high_m)}
     for height in ends:
         trial, curves = nozzle, None
-        for _ in range(1 if scene.air_drag is None else 6):  # drag bends the way from exit speed to impact speed
-            stream = stream_of(_alone(dataclasses.replace(scene, nozzles=tuple(trial if i == k else n for i, n in enumerate(scene.nozzles))), k))
+        for _ in range(8):  # drag and collisions: what is left of the speed on arrival depends on it, a little
+            stream = stream_of(dataclasses.replace(scene, nozzles=(trial,)))
             curves = IntensityCurve(library, wanted.strip, stream)
             factor = curves.factor(height)
             trial = dataclasses.replace(trial, speed_m_s=trial.speed_m_s * factor)
@@ -130,13 +134,13 @@ def _by_intensity(
     speed = _round(ends[wanted.aim_m])
     exponent = curves.exponent(factor)
     window = f", {mils(wanted.low_m):g} to {mils(wanted.high_m):g} at {ends[wanted.low_m]:.4g} to {ends[wanted.high_m]:.4g} m/s"
-    stream = stream_of(_alone(scene, k))
-    stream = stream._replace(normal_speed_m_s=stream.normal_speed_m_s * speed / nozzle.speed_m_s)
+    alone = dataclasses.replace(scene, nozzles=(dataclasses.replace(nozzle, speed_m_s=speed),))
+    stream, lost = stream_of(alone), energy_lost(alone)
     hits, _ = library.saturation(wanted.strip, stream)
     off = MODEL_ERROR / exponent
     text.append(
         f"{key}.speed_m_s = {speed:g} from intensity {wanted} on strip {wanted.strip.letter}"
-        f"{window if wanted.low_m < wanted.high_m else ''}; ± {off:.0%} by the strip model (± {MODEL_ERROR:.0%} of the arc height, which"
+        f"{window if wanted.low_m < wanted.high_m else ''}, collisions taking {lost:.1%} of the energy (estimate); ± {off:.0%} by the strip model (± {MODEL_ERROR:.0%} of the arc height, which"
         f" goes with speed^{exponent:.2f}), and by the strip steel's law, grade {library.material.grade}"
     )
     text.append(
@@ -182,7 +186,7 @@ def _exposure_s(scene: Scene, scene_file: Path, percent: float, progress: Progre
         raise InputError(
             f"{scene_file}: coverage_percent: the jets leave a part of the window bare however long it lasts; a wider jet_diameter_m, or a smaller window"
         )
-    lost = min(0.5, expected_errors(scene, restitution_estimate(scene)[0])["ballistic"])
+    lost = energy_lost(scene)
     times = max(1.0, 0.01 * percent)
     found = _round(time_s / (1.0 - lost) * times)
     off = math.hypot(2.0 * RADIUS_ERROR, 0.5 * lost / (1.0 - lost))

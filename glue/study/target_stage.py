@@ -8,11 +8,15 @@ from typing import NamedTuple
 import numpy as np
 
 from glue.flow.impacts import normal_speed_m_s
+from glue.errors import InputError
+from glue.scene.measured import beside
 from glue.study.dimple_stage import ready_kernels
+from glue.study.measured import read_profile
+from glue.study.plausibility import stress_warnings
 from glue.study.results import load_dimple, load_impacts, plain, write_columns
 from glue.study.stage import Work
 from glue.study.unpeened import impacts_to_solve, unpeened
-from glue.surface.stress import plate_balance, profile_metrics
+from glue.surface.stress import deviation, plate_balance, profile_metrics, xray_weighted_Pa
 from glue.target.cell import solve_cell
 from glue.target.contact import solve_contact
 from glue.target.layers import solve_layers
@@ -40,7 +44,7 @@ def target_stage(work: Work) -> tuple[dict, list[str]]:
         return unpeened(scene), []
     model = scene.models.target.model
     solved = _MODELS[model](work, impacts, dimple)
-    profile = part_profile(solved.profile, scene.target.thickness_m)
+    profile = part_profile(solved.profile, scene.target.thickness_m, scene.target.initial_stress, scene.target.material)
     unknown = [name for name in profile if np.isnan(getattr(solved.profile, name)).all()]  # layers know no scatter
     profile = {name: column for name, column in profile.items() if name not in unknown}
     write_columns(work.path / "stress_profile.csv", **profile)
@@ -56,8 +60,28 @@ def target_stage(work: Work) -> tuple[dict, list[str]]:
         stress["arc_height_m"] = strip_arc_height_m(
             solved.profile, scene.target.thickness_m, material.E_Pa, material.nu
         )
+    stress |= _beside_measured(work, profile["depth_m"], mean)
+    if told := stress_warnings(scene, stress):
+        stress["warning"] = "; ".join(told)
     metrics = {"target": {"model": model} | solved.target, "residual_stress": stress, "coverage": solved.coverage}
     return {section: plain(values) for section, values in metrics.items()}, ["stress_profile.csv", *solved.files]
+
+
+def _beside_measured(work: Work, depth_m: np.ndarray, mean_Pa: np.ndarray) -> dict:
+    """The surface stress as X-rays would read it, and how far the profile is from a measured one."""
+    measured, found = work.scene.measured, {}
+    if measured is None:
+        return found
+    if measured.xray_depth_m is not None:
+        found |= {"surface_xray_Pa": xray_weighted_Pa(depth_m, mean_Pa, measured.xray_depth_m), "xray_depth_m": measured.xray_depth_m}
+    if measured.stress_file:
+        path = beside(work.scene_file, measured.stress_file)
+        if path is None:
+            raise InputError(f"measured.stress_file: no file {measured.stress_file} beside {work.scene_file}")
+        profile = read_profile(path)
+        off = deviation(depth_m, mean_Pa, profile.depth_m, profile.stress_Pa)
+        found |= {f"over_measured_{key}": value for key, value in off.items()}
+    return found
 
 
 def _of_patch(patch: Patch) -> dict:

@@ -236,7 +236,7 @@ def test_a_broken_file_names_the_line(content, sentence, tmp_path):
 
 def test_a_missing_file_and_a_folder(tmp_path):
     with pytest.raises(
-        InputError, match="no such file; allowed: a scene file, or one of al2024-s110, al2024-s390"
+        InputError, match="no such file; allowed: a scene file, or one of al2024-s110, al2024-s230-6-8a, "
     ):
         read_scene(tmp_path / "nowhere.toml")
     with pytest.raises(InputError, match="cannot be read: Is a directory"):
@@ -264,7 +264,7 @@ def test_resolved_values_are_plain_complete_and_blind_to_who_wrote_a_default(wri
     assert json.loads(json.dumps(resolved, allow_nan=False)) == resolved
     assert "defaults_used" not in resolved
     assert set(resolved) == {"schema"} | {f.name for f in dataclasses.fields(scene)} - {
-        "defaults_used", "inferred", "specification",
+        "defaults_used", "inferred", "specification", "measured",
     }  # fmt: skip
     assert resolved["target"]["material"]["combined"]["backstresses"] == [[130e6, 300.0], [60e6, 12.0]]
     assert resolved_dict(read_scene(write_scene({"friction.shot_shot": "0.2"}))) == resolved

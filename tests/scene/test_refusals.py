@@ -8,7 +8,7 @@ from glue.scene.catalogue import material_keys, shot_grades
 
 TOP_KEYS = (
     "schema, name, seed, exposure_time_s, arrivals, coverage_percent, shots, nozzle, target, restitution, friction, gravity, "
-    "air_drag, strain_rate, target_inertia, elastic_shot, models, accuracy, machine"
+    "air_drag, strain_rate, target_inertia, elastic_shot, models, accuracy, machine, measured"
 )
 NOZZLE_KEYS = (
     "speed_m_s, mass_flow_kg_s, jet_diameter_m, stand_off_m, impact_angle_deg, intensity, air_pressure_Pa, "
@@ -124,7 +124,7 @@ UNKNOWN = {
     ("nozzle.speed", "60.0"): f'unknown key; did you mean "speed_m_s"? allowed: {NOZZLE_KEYS}',
     ("shots.diameter_mm", "1.0"): f'unknown key; did you mean "diameter_m"? allowed: {SHOT_KEYS}',
     ("target.materiel", '"in718"'): 'unknown key; did you mean "material"? '
-    "allowed: material, window_m, thickness_m, surface",
+    "allowed: material, window_m, thickness_m, surface, initial_stress, initial_roughness",
     ("restitution.shot_target_e", "0.4"): 'unknown key; did you mean "shot_target"? '
     "allowed: shot_target, shot_shot, hardening",
     ("friction.shotshot", "0.4"): 'unknown key; did you mean "shot_shot"? allowed: shot_target, shot_shot, '

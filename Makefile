@@ -16,7 +16,7 @@ SUDO     := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 export OMP_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-target bench-oblique fit-collisions fit-layers readme
+.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-target bench-oblique bench-intensity fit-collisions fit-layers readme
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -78,6 +78,10 @@ fit-layers: plugin ## the layer model: fit it to periodic cells, judge it on oth
 bench-oblique: plugin ## oblique impacts in three dimensions against the rule for their dimples (10 minutes)
 	@mkdir -p build/bench
 	$(BIN)/python tests/benchmarks/oblique.py --json build/bench/oblique.json
+
+bench-intensity: plugin ## Almen intensity: standards' numbers, round trips, a noisy machine, tables of thumb rules (10 minutes) [INTENSITY=--only NAME]
+	@mkdir -p build/bench
+	$(BIN)/python tests/benchmarks/bench_intensity.py --json build/bench/intensity.json $(INTENSITY)
 
 README_RUNS := $(addprefix build/readme/,fast balanced reference)
 $(README_RUNS): build/readme/%: plugin

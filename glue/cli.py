@@ -151,7 +151,7 @@ def _parser() -> argparse.ArgumentParser:
 
     almen = add("intensity", _intensity, "Almen intensity from a saturation curve: a measured one, or a strip in a scene's jet")
     almen.add_argument("scene", metavar="SCENE", nargs="?")
-    almen.add_argument("--curve", metavar="FILE.csv", type=Path, help="measured: exposure_min|_s|_passes, arc_height_in|_mm|_m")
+    almen.add_argument("--curve", metavar="FILE.csv", type=Path, help="measured: exposure_min|_s|_passes, arc_height_in|_mm|_m; with SCENE: beside it")
     almen.add_argument("--strip", metavar="N|A|C", help="Almen strip (default: the scene's intensity's, else A)")
     almen.add_argument("--target", metavar="MODEL", default="layers", help="layers (milliseconds) or cell (minutes)")
     almen.add_argument("--figure", metavar="FILE.png", type=Path, help="draw the saturation curve")
@@ -237,7 +237,11 @@ def _intensity(args) -> int:
     if args.figure is not None and found.problem is None:
         from glue.report.saturation import saturation_plot  # here: loads matplotlib
 
-        saturation_plot(args.figure, found, unit=result["exposure_unit"], title=intensity.title(result))
+        measured = result.get("measured")
+        saturation_plot(
+            args.figure, found, unit=result["exposure_unit"], title=intensity.title(result),
+            measured=measured and (measured["exposure"], measured["arc_height_m"]),
+        )  # fmt: skip
     print(json.dumps(result, indent=2) if args.json else intensity.intensity_text(result))
     if found.problem:
         _complain(f"{result.get('file') or result['scene']}: {found.problem}")

@@ -27,7 +27,7 @@ def saturation_plot(path: Path, found, *, unit: str, title: str = "", measured=N
         for factor, name in ((1.0, "T"), (2.0, "2T")):
             at, height = factor * best.saturation, 1e3 * float(best(factor * best.saturation))
             axes.plot([at, at], [0.0, height], color=GREY, ls=(0, (4, 3)), lw=1.4)
-            axes.annotate(name, (at, 0.0), xytext=(4, 4), textcoords="offset points", color=GREY)
+            axes.annotate(name, (at, height), xytext=(4, -14), textcoords="offset points", color=GREY)
         half = found.intensity_half_width_m
         axes.axhspan(1e3 * (found.intensity_m - half), 1e3 * (found.intensity_m + half), color=RED, alpha=0.12, lw=0)
         axes.plot([best.saturation], [1e3 * found.intensity_m], "D", color=RED, ms=8, mec="white", zorder=6,
@@ -36,5 +36,5 @@ def saturation_plot(path: Path, found, *, unit: str, title: str = "", measured=N
         axes.set_ylim(0, 1.12e3 * max(float(h.max()), float(best(end))))
         second = axes.secondary_yaxis("right", functions=(lambda y: y / 25.4 * 1e3, lambda y: y * 25.4e-3))
         second.set_ylabel("[mil]")
-        axes.legend(loc="lower right")
+        axes.legend(loc="lower right", frameon=True, facecolor="white", edgecolor="none", framealpha=0.9)
     return path

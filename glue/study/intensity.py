@@ -10,7 +10,7 @@ import numpy as np
 from glue.errors import InputError
 from glue.scene.model import Scene
 from glue.study.dimple_stage import ready_kernels
-from glue.study.measured import read_curve
+from glue.study.measured import MeasuredCurve, read_curve
 from glue.study.pipeline import find_scene
 from glue.study.shot_stream import energy_lost, stream_of
 from glue.study.specify import read_specified
@@ -33,8 +33,8 @@ def intensity(
     ``found.problem`` says why a curve allows no intensity.  Raises InputError with all that is wrong with the arguments.
     """
     problems = []
-    if (scene_argument is None) == (curve is None):
-        problems.append("intensity: allowed either a SCENE or --curve FILE.csv, one of them")
+    if scene_argument is None and curve is None:
+        problems.append("intensity: nothing to read; allowed a SCENE, --curve FILE.csv, or both to compare them")
     if strip is not None and strip.upper() not in STRIPS:
         problems.append(f"--strip {strip}: unknown strip; allowed {', '.join(STRIPS)}")
     if model not in MODELS:
@@ -42,16 +42,40 @@ def intensity(
     if problems:
         raise InputError(problems)
     letter = None if strip is None else strip.upper()
-    if curve is not None:
+    if scene_argument is None:
         return curve_of_file(curve, letter)
+    measured = None if curve is None else read_curve(curve)  # its mistakes first: they cost nothing
     scene, _ = read_specified(find_scene(scene_argument), preset=preset, progress=progress)
     ready_kernels()
     if letter is None and scene.specification is not None:  # the strip that the drawing names
         letter = next((read_intensity(text).strip.letter for text in scene.specification.intensities if text), None)
     library = strip_library(lambda share, text: progress("strip", share, text))
     result, found = scene_intensity(scene, letter or "A", library)
-    return (result, found) if model == "layers" else _by_cells(scene, result, library, progress)
+    if model == "cell":
+        result, found = _by_cells(scene, result, library, progress)
+    if measured is not None:
+        result |= _beside(scene, measured, found)
+    return result, found
 
+
+def _beside(scene: Scene, curve: MeasuredCurve, found: Saturation) -> dict:
+    """A measured curve beside a simulated one, exposures in seconds; deviations are simulated less measured, relative.
+
+    Raises InputError for passes that no nozzle of the scene makes.
+    """
+    feed = next((n.feed for n in scene.nozzles if n.feed), None)
+    if curve.unit == "passes" and feed is None:
+        raise InputError(f"{curve.file}: exposure_passes, but no nozzle of the scene travels; allowed exposure_s, exposure_min")
+    second = {"s": 1.0, "min": 60.0, "passes": feed.duration_s / feed.passes if feed else 1.0}[curve.unit]
+    own = fit_saturation(curve.exposure * second, curve.arc_height_m)
+    result = {"measured": {"file": curve.file, **saturation_dict(own)}}
+    if found.problem is None:
+        off = found.best(own.exposure) / own.arc_height_m - 1.0
+        result["measured"] |= {"arc_height_mean_deviation": float(off.mean()), "arc_height_rms_deviation": float(np.sqrt((off**2).mean()))}
+        if own.problem is None:
+            result["measured"]["intensity_deviation"] = found.intensity_m / own.intensity_m - 1.0
+            result["measured"]["saturation_exposure_deviation"] = found.best.saturation / own.best.saturation - 1.0
+    return result
 
 def title(result: dict) -> str:
     """Of the figure: what was peened, and what came out."""
@@ -194,6 +218,14 @@ def intensity_text(result: dict) -> str:
                  " what the strip steel's law is off"),
             _row("strip steel", result["material_source"]),
         ]  # fmt: skip
+    if "measured" in result:
+        m = result["measured"]
+        rows.append(_row("measured", f"{m['file']}: " + (m["intensity_m_reason"] if m["intensity_m"] is None else
+                         f"{mils(m['intensity_m']):.2f}{strip} ± {mils(m['intensity_half_width_m']):.2f} at {m['saturation_exposure']:.4g} s")))  # fmt: skip
+        rows += [_row("simulated less it", f"{name} {m[key]:+.1%}") for key, name in (
+            ("intensity_deviation", "intensity"), ("saturation_exposure_deviation", "saturation exposure"),
+            ("arc_height_mean_deviation", "arc heights, mean"), ("arc_height_rms_deviation", "arc heights, rms"),
+        ) if key in m]  # fmt: skip
     return "\n".join([*rows, *(_row("warning", text) for text in result["warnings"])])
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from glue.scene.model import Scene
 from glue.theory.almen import INCH_m, read_intensity
+from glue.theory.plate import force_and_moment
 
 _2024 = "al2024"
 STRESS = {"surface_Pa": (-280e6, -180e6), "max_compressive_Pa": (-350e6, -270e6)}
@@ -30,6 +31,12 @@ def stress_warnings(scene: Scene, metrics: dict) -> list[str]:
             if value is not None and not band[0] <= value <= band[1]:
                 low, high = (end * factor for end in band)
                 told.append(f"{_NAMES[key]} {value * factor:.3g} {unit} is outside {low:g} to {high:g} {unit}, usual for peened 2024-T3x (grade C)")
+    if scene.target.initial_stress and scene.target.thickness_m is not None:
+        z, s = zip(*scene.target.initial_stress)
+        force, _ = force_and_moment(z, s, 0.0)
+        gross, _ = force_and_moment(z, [abs(v) for v in s], 0.0)
+        if abs(force) > 0.1 * gross:
+            told.append("initial_stress is not in balance by itself: what holds it lies deeper than it says, and so do force and moment here")
     strength = material.combined.flow_stress_Pa(0.1)
     most = metrics.get("max_compressive_Pa")
     if most is not None and -most > 1.2 * strength:

@@ -76,6 +76,12 @@ def test_the_command_says_when_the_points_do_not_allow_it(tmp_path, capsys):
     path = write(tmp_path, "exposure_min,arc_height_in\n4,.0060\n6,.0069\n8,.0070\n")
     assert cli.main(["intensity", "--curve", str(path)]) == 2
     assert "only 3 points" in capsys.readouterr().err
-    for argv in ([], ["al2024-s390", "--curve", str(path)], ["--curve", str(path), "--strip", "B"]):
+    for argv in ([], ["--curve", str(path), "--target", "contact"], ["--curve", str(path), "--strip", "B"]):
         assert cli.main(["intensity", *argv]) == 2
         assert "allowed" in capsys.readouterr().err
+
+
+def test_a_scene_is_checked_before_impacts_are_solved(tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("PEEN_FREEFEM", str(tmp_path / "none"))
+    assert cli.main(["intensity", "al2024-s390", "--curve", str(write(tmp_path, "exposure_min\n1\n"))]) == 2
+    assert "allowed one of arc_height_in" in capsys.readouterr().err

@@ -15,7 +15,9 @@ from glue.scene.fields import kind, quoted, show
 from glue.scene.model import Measured
 from glue.scene.table import Table
 
-_STRESS = "allowed: an array of 1 to 50 tables { depth_m = …, stress_Pa = … }, depths rising from 0; no stress below the last"
+_STRESS = (
+    "allowed: an array of 1 to 50 tables { depth_m = …, stress_Pa = … }, depths rising from 0; no stress below the last"
+)
 
 
 def beside(scene_file: Path, written: str) -> Path | None:
@@ -77,7 +79,8 @@ def read_measured(top: Table, scene_file: Path) -> Measured | None:
         path = beside(scene_file, given["stress_file"])
         if path is None:
             where = scene_file.parent or "."
-            table.problem("stress_file", f"no file {quoted(given['stress_file'])} in {where}; allowed: a CSV file with depth_* and stress_*")
+            missing = f"no file {quoted(given['stress_file'])} in {where}"
+            table.problem("stress_file", f"{missing}; allowed: a CSV file with depth_* and stress_*")
             return None
         given["sha256"] = hashlib.sha256(path.read_bytes()).hexdigest()
     return Measured(**given)

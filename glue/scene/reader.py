@@ -96,8 +96,8 @@ def read_scene(
     if unknown and not provisional and not log.problems:
         log.problem(
             "nozzle" if any(specification.intensities) or specification.machine else "coverage_percent",
-            "says what is to come out instead of speed and time, which are not found yet; allowed: peen check and peen run, which find"
-            f" them, or a run directory, which holds them ({INFERRED})",
+            "says what is to come out instead of speed and time, which are not found yet; allowed: peen check and peen run,"
+            f" which find them, or a run directory, which holds them ({INFERRED})",
         )
     if log.problems:
         raise InputError(log.problems)
@@ -138,10 +138,10 @@ def resolved_dict(scene: Scene) -> dict:
     plain = _plain(dataclasses.asdict(scene))
     del plain["defaults_used"], plain["inferred"]
     # What a scene does not have is left out: scenes that never heard of it hash as they always did.
-    for table, keys in ((plain, ("specification", "measured")), (plain["target"], ("initial_stress", "initial_roughness"))):
-        for key in keys:
-            if not table[key]:
-                del table[key]
+    own = {"specification": plain, "measured": plain}
+    for key, table in (own | dict.fromkeys(("initial_stress", "initial_roughness"), plain["target"])).items():
+        if not table[key]:
+            del table[key]
     return {"schema": schema.SCHEMA, **plain}
 
 

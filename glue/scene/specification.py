@@ -22,7 +22,8 @@ from glue.scene.measured import beside
 from glue.theory.almen import STRIPS
 
 INFERRED = "inferred.json"
-PROVISIONAL_SPEED_m_s, PROVISIONAL_TIME_s = 30.0, 1.0  # stand in until the true ones are found; never in a finished scene
+# Stand in until the true ones are found; never in a finished scene.
+PROVISIONAL_SPEED_m_s, PROVISIONAL_TIME_s = 30.0, 1.0
 _SPEED = "speed_m_s"
 _INSTEAD = (*schema.SPECIFIED, *schema.SETTINGS)
 
@@ -83,10 +84,12 @@ def _read_percent(top: Table, nozzles: list) -> float | None:
     if any(n.get("feed_speed_m_s", 0) not in (0, 0.0) for n in nozzles):
         top.problem(
             "coverage_percent",
-            "the exposure of a nozzle that travels follows from its passes; allowed with feed_speed_m_s = 0, or no coverage_percent",
+            "the exposure of a nozzle that travels follows from its passes; allowed with feed_speed_m_s = 0, or no"
+            " coverage_percent",
         )
     if percent is not None and 98.0 < percent < 100.0:
-        top.problem("coverage_percent", f"{show(percent)}: 98 % covered is called full, 100 %; allowed up to 98, or 100 and more")
+        said = "98 % covered is called full, 100 %"
+        top.problem("coverage_percent", f"{show(percent)}: {said}; allowed up to 98, or 100 and more")
     return percent
 
 
@@ -118,7 +121,8 @@ def _read_machine(top: Table, scene_file: Path) -> Machine | None:
         row.refuse_others((*schema.SETTINGS, *fields))
         keys = [key for key in schema.SETTINGS if key in row]
         if len(keys) != 1:
-            row.problem(keys[0] if keys else "air_pressure_Pa", f"one setting is required; allowed one of {', '.join(schema.SETTINGS)}")
+            every = ", ".join(schema.SETTINGS)
+            row.problem(keys[0] if keys else "air_pressure_Pa", f"one setting is required; allowed one of {every}")
             continue
         names.add(keys[0])
         found.append((row.get(keys[0], schema.SETTINGS[keys[0]]), row.get_all(fields), row))
@@ -169,7 +173,8 @@ def _curve(row: Table, at: float, values: dict, scene_file: Path) -> MachineCurv
         return None
     path = beside(scene_file, values["file"])
     if path is None:
-        row.problem("file", f"no file {quoted(values['file'])} in {scene_file.parent or '.'}; allowed: a saturation curve (CSV)")
+        where = f"no file {quoted(values['file'])} in {scene_file.parent or '.'}"
+        row.problem("file", f"{where}; allowed: a saturation curve (CSV)")
         return None
     return MachineCurve(at, values["file"], strip, hashlib.sha256(path.read_bytes()).hexdigest())
 

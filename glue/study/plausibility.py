@@ -30,17 +30,25 @@ def stress_warnings(scene: Scene, metrics: dict) -> list[str]:
             value = metrics.get(key)
             if value is not None and not band[0] <= value <= band[1]:
                 low, high = (end * factor for end in band)
-                told.append(f"{_NAMES[key]} {value * factor:.3g} {unit} is outside {low:g} to {high:g} {unit}, usual for peened 2024-T3x (grade C)")
+                told.append(
+                    f"{_NAMES[key]} {value * factor:.3g} {unit} is outside {low:g} to {high:g} {unit}, usual for peened 2024-T3x"
+                    " (grade C)"
+                )
     if scene.target.initial_stress and scene.target.thickness_m is not None:
         z, s = zip(*scene.target.initial_stress)
         force, _ = force_and_moment(z, s, 0.0)
         gross, _ = force_and_moment(z, [abs(v) for v in s], 0.0)
         if abs(force) > 0.1 * gross:
-            told.append("initial_stress is not in balance by itself: what holds it lies deeper than it says, and so do force and moment here")
+            told.append(
+                "initial_stress is not in balance by itself: what holds it lies deeper than it says, and is missing from the"
+                " balances here"
+            )
     strength = material.combined.flow_stress_Pa(0.1)
     most = metrics.get("max_compressive_Pa")
     if most is not None and -most > 1.2 * strength:
-        told.append(f"largest compression {most * 1e-6:.0f} MPa is beyond the flow stress at 10 % strain, {strength * 1e-6:.0f} MPa")
+        told.append(
+            f"largest compression {most * 1e-6:.0f} MPa is beyond the flow stress at 10 % strain, {strength * 1e-6:.0f} MPa"
+        )
     return told
 
 
@@ -48,9 +56,9 @@ def roughness_warnings(scene: Scene, metrics: dict) -> list[str]:
     """The same for the roughness; only for intensities of which it is known."""
     if not (scene.target.material.key.startswith(_2024) and _usual(scene)) or RA[0] <= metrics["Ra_m"] <= RA[1]:
         return []
-    return [
-        f"Ra {metrics['Ra_m'] * 1e6:.3g} um is outside {RA[0] * 1e6:g} to {RA[1] * 1e6:g} um, usual for 2024-T3x peened to 4-10A (grade C)"
-    ]
+    low, high = (end * 1e6 for end in RA)
+    found = f"Ra {metrics['Ra_m'] * 1e6:.3g} um is outside {low:g} to {high:g} um"
+    return [f"{found}, usual for 2024-T3x peened to 4-10A (grade C)"]
 
 
 def _usual(scene: Scene) -> bool:

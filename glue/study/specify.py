@@ -133,15 +133,17 @@ def _by_intensity(
         ends[height] = trial.speed_m_s
     speed = _round(ends[wanted.aim_m])
     exponent = curves.exponent(factor)
-    window = f", {mils(wanted.low_m):g} to {mils(wanted.high_m):g} at {ends[wanted.low_m]:.4g} to {ends[wanted.high_m]:.4g} m/s"
+    slow, fast = ends[wanted.low_m], ends[wanted.high_m]
+    window = f", {mils(wanted.low_m):g} to {mils(wanted.high_m):g} at {slow:.4g} to {fast:.4g} m/s"
     alone = dataclasses.replace(scene, nozzles=(dataclasses.replace(nozzle, speed_m_s=speed),))
     stream, lost = stream_of(alone), energy_lost(alone)
     hits, _ = library.saturation(wanted.strip, stream)
     off = MODEL_ERROR / exponent
     text.append(
         f"{key}.speed_m_s = {speed:g} from intensity {wanted} on strip {wanted.strip.letter}"
-        f"{window if wanted.low_m < wanted.high_m else ''}, collisions taking {lost:.1%} of the energy (estimate); ± {off:.0%} by the strip model (± {MODEL_ERROR:.0%} of the arc height, which"
-        f" goes with speed^{exponent:.2f}), and by the strip steel's law, grade {library.material.grade}"
+        f"{window if wanted.low_m < wanted.high_m else ''}, collisions taking {lost:.1%} of the energy (estimate);"
+        f" ± {off:.0%} by the strip model (± {MODEL_ERROR:.0%} of the arc height, which goes with speed^{exponent:.2f}), and by"
+        f" the strip steel's law, grade {library.material.grade}"
     )
     text.append(
         f"{key}: the strip saturates after about {hits / library.hits_1_s(stream):.3g} s of this jet at rest"
@@ -161,11 +163,14 @@ def _by_intensity(
 def _by_setting(nozzle: Nozzle, setting: float, machine: Calibrated, key: str, text: list[str]) -> Nozzle:
     found = machine.speed(setting)
     sure = f"{found.low:.4g} to {found.high:.4g} m/s"
-    kind = "95 %, by the curves' own scatter" if machine.law is not None else "the table's own curvature" if machine.machine.table else "95 %"
-    note = ""
+    kind, note = "95 %", ""
+    if machine.machine.table:
+        kind = "the table's own curvature"
     if machine.law is not None:
-        note = f"; besides ± {MODEL_ERROR:.0%} of the arc height by the strip model, which drops out where intensities are compared"
-    text.append(f"{key}.speed_m_s = {_round(found.value):g} from {machine.machine.setting} = {setting:g}: {sure} ({kind}){note}")
+        kind = "95 %, by the curves' own scatter"
+        note = f"; besides ± {MODEL_ERROR:.0%} of the arc height by the strip model, the same for all intensities"
+    said = f"{machine.machine.setting} = {setting:g}"
+    text.append(f"{key}.speed_m_s = {_round(found.value):g} from {said}: {sure} ({kind}){note}")
     return dataclasses.replace(nozzle, speed_m_s=_round(found.value))
 
 
@@ -184,15 +189,18 @@ def _exposure_s(scene: Scene, scene_file: Path, percent: float, progress: Progre
     time_s = expected_hits(dataclasses.replace(scene, exposure_time_s=1.0), areas).time_to(level)
     if time_s is None:
         raise InputError(
-            f"{scene_file}: coverage_percent: the jets leave a part of the window bare however long it lasts; a wider jet_diameter_m, or a smaller window"
+            f"{scene_file}: coverage_percent: the jets leave a part of the window bare however long it lasts; allowed: a wider"
+            " jet_diameter_m, or a smaller window"
         )
     lost = energy_lost(scene)
     times = max(1.0, 0.01 * percent)
     found = _round(time_s / (1.0 - lost) * times)
     off = math.hypot(2.0 * RADIUS_ERROR, 0.5 * lost / (1.0 - lost))
-    full = f"{percent:g} % is {times:g} times the {time_s / (1.0 - lost):.4g} s to 98 %" if percent >= 100.0 else f"{percent:g} %"
+    full = f"{percent:g} %"
+    if percent >= 100.0:
+        full += f" is {times:g} times the {time_s / (1.0 - lost):.4g} s to 98 %"
     text.append(
-        f"exposure_time_s = {found:g} ± {off:.0%} from coverage_percent: {full}; expected (Avrami) for dimples of {radius * 1e6:.4g} µm radius"
-        f" at {speed:.4g} m/s, collisions taking {lost:.1%}"
+        f"exposure_time_s = {found:g} ± {off:.0%} from coverage_percent: {full}; expected (Avrami) for dimples of"
+        f" {radius * 1e6:.4g} µm radius at {speed:.4g} m/s, collisions taking {lost:.1%}"
     )
     return found

@@ -38,7 +38,8 @@ def surface_stage(work: Work) -> tuple[dict, list[str]]:
     measured = scene.measured
     for key in ("Ra_m", "Rz_m"):
         if measured is not None and getattr(measured, key) is not None:
-            metrics |= {f"measured_{key}": getattr(measured, key), f"over_measured_{key[:2]}": metrics[key] / getattr(measured, key) - 1.0}
+            value = getattr(measured, key)
+            metrics |= {f"measured_{key}": value, f"over_measured_{key[:2]}": metrics[key] / value - 1.0}
     if told := roughness_warnings(scene, metrics):
         metrics["warning"] = "; ".join(told)
     return {"roughness": plain(metrics)}, ["surface.npz"]
@@ -55,7 +56,9 @@ def report_stage(work: Work) -> tuple[dict, list[str]]:
 
 _SCENE = ("glue/scene/*.py",)
 _WINDOW = ("glue/study/results.py", "glue/surface/window.py", "glue/flow/impacts.py")
-_STAGES = ("glue/study/stages.py", "glue/study/target_stage.py", "glue/study/plausibility.py", "glue/study/measured.py", "glue/study/unpeened.py", *_WINDOW)
+_STAGES = (
+    *(f"glue/study/{name}.py" for name in ("stages", "target_stage", "plausibility", "measured", "unpeened")), *_WINDOW,
+)  # fmt: skip
 _TABLE = ("glue/target/dimple.py", "glue/target/speeds.py")
 _KERNELS = ("freefem/lib/law_script.idp", "freefem/plugin/*")
 _AXISYM = ("freefem/single_impact.edp", "freefem/lib/*axisym*.idp")

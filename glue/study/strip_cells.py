@@ -65,10 +65,17 @@ def cell_curve(
             )  # fmt: skip
             cells = run_cell(
                 "almen", law, accuracy, dimple, patch, side, Path(scratch) / f"cell-{k}", snapshots=[int(c) for c in counts],
-                progress=(lambda share, text="", k=k: progress((k + share) / PATCHES, f"cell {k + 1} of {PATCHES} {text}")) if progress else None,
+                progress=_teller(progress, k),
             )  # fmt: skip
             heights.append([strip_arc_height_m(cell, strip.thickness_m, steel.E_Pa, steel.nu) for cell in cells])
             hits.append(np.cumsum(math.pi * radii[which] ** 2)[counts - 1] / side**2)
     heights, hits = np.array(heights), np.array(hits)
     error = heights.std(axis=0, ddof=1) / math.sqrt(PATCHES)
     return CellCurve(hits.mean(axis=0), heights.mean(axis=0), error)
+
+
+def _teller(progress, k: int):
+    """Progress of cell ``k`` as a share of all."""
+    if progress is None:
+        return None
+    return lambda share, text="": progress((k + share) / PATCHES, f"cell {k + 1} of {PATCHES} {text}")

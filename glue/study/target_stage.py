@@ -73,7 +73,8 @@ def _beside_measured(work: Work, depth_m: np.ndarray, mean_Pa: np.ndarray) -> di
     if measured is None:
         return found
     if measured.xray_depth_m is not None:
-        found |= {"surface_xray_Pa": xray_weighted_Pa(depth_m, mean_Pa, measured.xray_depth_m), "xray_depth_m": measured.xray_depth_m}
+        found["surface_xray_Pa"] = xray_weighted_Pa(depth_m, mean_Pa, measured.xray_depth_m)
+        found["xray_depth_m"] = measured.xray_depth_m
     if measured.stress_file:
         path = beside(work.scene_file, measured.stress_file)
         if path is None:

@@ -9,11 +9,13 @@ setting alone).  The uncertainty is that of the measurements; what the strip mod
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
+from scipy.optimize import minimize_scalar
 from scipy.stats import t as student
 
 from glue.errors import InputError
@@ -25,6 +27,7 @@ from glue.target.strip import IntensityCurve, StripLibrary, Stream
 from glue.theory.almen import STRIPS, mils
 
 _NORMAL = 1.959964  # half of the interval that holds STATED of a normal distribution, in standard deviations
+_START_m_s = 30.0  # of the stream whose sizes and speeds are scaled
 _LEAST_SD = 1e-4  # of a speed: no measurement is exact
 
 
@@ -78,21 +81,33 @@ def curve_speed(
     found = fit_saturation(curve.exposure, curve.arc_height_m)
     if found.problem:
         raise InputError(f"{curve.file}: {found.problem}")
-    over_T = curve.exposure / found.best.saturation
     factor = curves.factor(found.intensity_m, polish=polish)
     for _ in range(2):
-        read = _as_read(curves, factor, over_T)
+        read = _as_read(curves, factor, curve)
         factor *= (found.intensity_m / read) ** (1.0 / curves.exponent(factor))
     sd = found.intensity_half_width_m / _NORMAL / found.intensity_m / curves.exponent(factor)
     speed = float(curves.stream.normal_speed_m_s.mean()) * factor
     return CurveSpeed(setting, speed, max(sd, _LEAST_SD), found.intensity_m, found.intensity_half_width_m)
 
 
-def _as_read(curves: IntensityCurve, factor: float, over_T: np.ndarray) -> float:
-    """Intensity [m] that the fit reads off the model's own curve, at these exposures over the saturation exposure."""
+def _as_read(curves: IntensityCurve, factor: float, curve: MeasuredCurve) -> float:
+    """Intensity [m] that the fit reads off the model's own curve, at the measured exposures.
+
+    How many hits an exposure brings is not known: it is what makes the model's curve most like the measured one in shape.
+    """
     library, strip, stream = curves.library, curves.strip, curves.faster(factor)
     hits, exact = library.saturation(strip, stream)
-    read = fit_saturation(over_T, [library.arc_height_m(strip, stream, hits * float(m)) for m in over_T])
+    over, wanted = curve.exposure / curve.exposure[-1], curve.arc_height_m
+
+    def heights(x: float) -> np.ndarray:
+        return np.array([library.arc_height_m(strip, stream, math.exp(x) * float(m)) for m in over])
+
+    def miss(x: float) -> float:
+        h = heights(x)
+        return float(((h * (h @ wanted) / (h @ h) - wanted) ** 2).sum() / (wanted @ wanted))
+
+    found = minimize_scalar(miss, bounds=(math.log(0.7 * hits), math.log(8.0 * hits)), method="bounded", options={"xatol": 1e-2})
+    read = fit_saturation(over, heights(found.x))
     return exact if read.problem else read.intensity_m
 
 
@@ -147,10 +162,26 @@ class Calibrated(NamedTuple):
         return math.sqrt(low * high)
 
 
-def calibrate(machine: Machine, scene_file: Path, library: StripLibrary | None, stream: Stream | None, sine: float) -> Calibrated:
-    """Make a machine's table, law or curves ready; curves need the library and the stream of the scene's shots.
+def exit_speed(normal_m_s: float, arriving: Callable[[float], Stream]) -> float:
+    """Speed [m/s] at the nozzle with which the mean normal speed on arrival is ``normal_m_s``.
 
-    sine: normal speed over speed.  Raises InputError with the problems of all curves.
+    arriving: the stream by the speed at the nozzle; angle, drag and collisions are in it, all nearly in proportion.
+    """
+    speed = normal_m_s
+    for _ in range(30):
+        ratio = float(arriving(speed).normal_speed_m_s.mean()) / normal_m_s
+        speed /= ratio
+        if abs(ratio - 1.0) < 1e-6:
+            break
+    return speed
+
+
+def calibrate(
+    machine: Machine, scene_file: Path, library: StripLibrary | None, arriving: Callable[[float], Stream]
+) -> Calibrated:
+    """Make a machine's table, law or curves ready; curves need the library.
+
+    arriving: the stream of the scene's shots by the speed at the nozzle.  Raises InputError with the problems of all curves.
     """
     low, high = machine.range
     if not machine.curves:
@@ -162,9 +193,9 @@ def calibrate(machine: Machine, scene_file: Path, library: StripLibrary | None, 
             path = beside(scene_file, curve.file)
             measured = read_curve(path or Path(curve.file))
             if curve.strip not in by_strip:
-                by_strip[curve.strip] = IntensityCurve(library, STRIPS[curve.strip], stream)
+                by_strip[curve.strip] = IntensityCurve(library, STRIPS[curve.strip], arriving(_START_m_s))
             found = curve_speed(curve.at, measured, curve.strip, by_strip[curve.strip])
-            points.append(found._replace(speed_m_s=found.speed_m_s / sine))
+            points.append(found._replace(speed_m_s=exit_speed(found.speed_m_s, arriving)))
         except InputError as problem:
             problems += [f"machine.curves ({machine.setting} = {curve.at:g}): {text}" for text in problem.problems]
     if problems:

@@ -22,13 +22,13 @@ from glue.scene.measured import beside
 from glue.study.coverage_stage import FULL_COVERAGE
 from glue.study.dimple_stage import ready_kernels
 from glue.study.exposure import estimated_areas_m2, expected_hits
-from glue.study.machine import Calibrated, calibrate
+from glue.study.machine import Calibrated, calibrate, exit_speed
 from glue.study.measured import read_profile
 from glue.study.reference import reference_impact
 from glue.study.shot_stream import energy_lost, stream_of
 from glue.target.dimple import zero_height_radius
 from glue.target.reduced_impact import solve_reduced
-from glue.target.strip import ELEMENTS, MODEL_ERROR, IntensityCurve, StripLibrary, strip_library
+from glue.target.strip import ELEMENTS, MODEL_ERROR, IntensityCurve, Stream, StripLibrary, strip_library
 from glue.theory.almen import mils, read_intensity
 
 Progress = Callable[[str, float | None, str], None]
@@ -98,17 +98,13 @@ def _machine(scene: Scene, scene_file: Path, library: StripLibrary | None) -> Ca
     machine = scene.specification.machine
     if machine is None:
         return None
-    stream, ratio = None, 1.0
-    if machine.curves:
-        k = next((k for k, at in enumerate(scene.specification.settings) if at is not None), 0)
-        stream = stream_of(_alone(scene, k))
-        ratio = float(stream.normal_speed_m_s.mean()) / scene.nozzles[k].speed_m_s
-    return calibrate(machine, scene_file, library, stream, ratio)
+    k = next((k for k, at in enumerate(scene.specification.settings) if at is not None), 0)
 
+    def arriving(speed_m_s: float) -> Stream:
+        nozzle = dataclasses.replace(scene.nozzles[k], speed_m_s=speed_m_s)
+        return stream_of(dataclasses.replace(scene, nozzles=(nozzle,)))
 
-def _alone(scene: Scene, k: int) -> Scene:
-    """The scene with its nozzle ``k`` only."""
-    return dataclasses.replace(scene, nozzles=(scene.nozzles[k],))
+    return calibrate(machine, scene_file, library, arriving)
 
 
 def _round(value: float) -> float:
@@ -120,19 +116,19 @@ def _by_intensity(
     scene: Scene, k: int, written: str, library: StripLibrary, machine: Calibrated | None, key: str, text: list[str]
 ) -> Nozzle:
     wanted, nozzle = read_intensity(written), scene.nozzles[k]
-    ends = {height: 0.0 for height in (wanted.low_m, wanted.aim_m, wanted.high_m)}
-    for height in ends:
-        trial, curves = nozzle, None
-        for _ in range(8):  # drag and collisions: what is left of the speed on arrival depends on it, a little
-            stream = stream_of(dataclasses.replace(scene, nozzles=(trial,)))
-            curves = IntensityCurve(library, wanted.strip, stream)
-            factor = curves.factor(height)
-            trial = dataclasses.replace(trial, speed_m_s=trial.speed_m_s * factor)
-            if abs(factor - 1.0) < 1e-4:
-                break
-        ends[height] = trial.speed_m_s
+
+    def arriving(speed_m_s: float) -> Stream:
+        return stream_of(dataclasses.replace(scene, nozzles=(dataclasses.replace(nozzle, speed_m_s=speed_m_s),)))
+
+    heights, ends, start = {wanted.low_m, wanted.aim_m, wanted.high_m}, {}, nozzle.speed_m_s
+    for _ in range(1 if scene.air_drag is None else 2):  # drag changes how the speeds of large and small shots compare
+        stream = arriving(start)
+        curves = IntensityCurve(library, wanted.strip, stream)
+        for height in heights:
+            ends[height] = exit_speed(float(stream.normal_speed_m_s.mean()) * curves.factor(height), arriving)
+        start = ends[wanted.aim_m]
     speed = _round(ends[wanted.aim_m])
-    exponent = curves.exponent(factor)
+    exponent = curves.exponent(curves.factor(wanted.aim_m, polish=False))
     slow, fast = ends[wanted.low_m], ends[wanted.high_m]
     window = f", {mils(wanted.low_m):g} to {mils(wanted.high_m):g} at {slow:.4g} to {fast:.4g} m/s"
     alone = dataclasses.replace(scene, nozzles=(dataclasses.replace(nozzle, speed_m_s=speed),))

@@ -71,7 +71,7 @@ def test_a_curve_of_a_known_speed_gives_that_speed():
 
 def test_a_table_and_a_law():
     table = Machine("air_pressure_Pa", table=((1e5, 20.0), (2e5, 30.0), (4e5, 45.0)))
-    machine = calibrate(table, Path("x"), None, None, 1.0)
+    machine = calibrate(table, Path("x"), None, None)
     assert machine.speed(2e5).value == pytest.approx(30.0)
     assert machine.setting_for(machine.speed(3e5).value) == pytest.approx(3e5)
     assert machine.setting_for(50.0) is None

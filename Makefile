@@ -6,7 +6,7 @@ ACCURACY ?=
 PYTHON   ?= /usr/bin/python3
 
 # g++, libfreefem++-dev: ff-c++ for the kernels. libsuitesparse-dev: CHOLMOD, the contact model's one factorisation;
-# libopenblas-dev: its dense blocks, ten times slower with Debian's reference BLAS. libegl1, libgl1, libxrender1: pyvista draws off-screen and aborts without.
+# libopenblas-dev: its dense blocks, ten times slower with Debian's reference BLAS (which kernels: glue/solvers/blas.py). libegl1, libgl1, libxrender1: pyvista draws off-screen and aborts without.
 PACKAGES := yade freefem++ libfreefem++ libfreefem++-dev g++ libsuitesparse-dev libopenblas-dev python3-venv libegl1 libgl1 libxrender1
 BIN      := .venv/bin
 YADE_CHECKS := $(filter-out rows,$(basename $(notdir $(wildcard yade_scripts/checks/*.py))))
@@ -16,7 +16,7 @@ SUDO     := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 export OMP_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-target bench-oblique bench-intensity fit-collisions fit-layers readme
+.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-target bench-oblique bench-uncertainty bench-target-error bench-intensity tradeoff fit-collisions fit-layers extremes thresholds readme
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -75,6 +75,18 @@ fit-layers: plugin ## the layer model: fit it to periodic cells, judge it on oth
 	@mkdir -p build/bench
 	$(BIN)/python tests/benchmarks/layers_fit.py --json build/bench/layers_fit.json
 
+tradeoff: plugin ## what every choice costs and how far off it is, on four scenes (an hour); goes on where it was stopped [TRADE=al2024-s390, --only GROUP]
+	$(BIN)/peen tradeoff --jobs $$(nproc) $(TRADE)
+	cp build/tradeoff/measured.json glue/study/tradeoff/measured.json
+
+bench-uncertainty: plugin ## stated 95 % intervals against other seeds' results, mean width (10 minutes)
+	@mkdir -p build/bench
+	$(BIN)/python tests/benchmarks/bench_uncertainty.py --json build/bench/uncertainty.json
+
+bench-target-error: plugin ## error promised by peen run --target-error against what it is, on scenes not in the table (half an hour) [ERROR=5%]
+	@mkdir -p build/bench
+	$(BIN)/python tests/benchmarks/bench_target_error.py $(if $(ERROR),--error $(ERROR)) --json build/bench/target-error.json
+
 bench-oblique: plugin ## oblique impacts in three dimensions against the rule for their dimples (10 minutes)
 	@mkdir -p build/bench
 	$(BIN)/python tests/benchmarks/oblique.py --json build/bench/oblique.json
@@ -82,6 +94,15 @@ bench-oblique: plugin ## oblique impacts in three dimensions against the rule fo
 bench-intensity: plugin ## Almen intensity: standards' numbers, round trips, a noisy machine, tables of thumb rules (10 minutes) [INTENSITY=--only NAME]
 	@mkdir -p build/bench
 	$(BIN)/python tests/benchmarks/bench_intensity.py --json build/bench/intensity.json $(INTENSITY)
+
+extremes: plugin ## the stability map: 500 cells far past normal use, each right, refused with the range, or red (half an hour; goes on where it was)
+	@mkdir -p build/extremes
+	$(BIN)/python tests/extremes/run.py --json build/extremes/rows.json --cells build/extremes/map.json --picture docs/stability_map.png
+
+thresholds: plugin ## optional physics: each piece swept off and on over its number; what the examples leave out changes nothing (5 minutes)
+	@mkdir -p build/bench; status=0; \
+	$(BIN)/python tests/benchmarks/thresholds.py --json build/bench/thresholds.json || status=1; \
+	$(BIN)/python tests/benchmarks/left_out.py --json build/bench/left_out.json || status=1; exit $$status
 
 README_RUNS := $(addprefix build/readme/,fast balanced reference)
 $(README_RUNS): build/readme/%: plugin

@@ -39,6 +39,7 @@ _EXAMPLES = """examples:
   peen run my.toml --only dimple coverage        these stages and what they need
   peen report runs/mine                          one stage of a run, again if its inputs changed
   peen dimple --material al2024-t351 --speed 60  one impact
+  peen tradeoff my.toml                          what each choice costs and how far off it is, on this scene
   peen dimple --material ti6al4v --speeds 1:120  a library of dimples over the speed
   peen intensity --curve arcs.csv                Almen intensity of a measured saturation curve
   peen intensity al2024-s390 --strip A           the same of a strip in the scene's jet, simulated
@@ -124,6 +125,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     accuracy(run)
     run.add_argument("--only", metavar="STAGE", nargs="+", default=[], help="these stages and what they need")
+    run.add_argument("--target-error", metavar="E", help="such as 5%%: the cheapest models and numbers whose measured error fits")
+    run.add_argument("--budget", metavar="T", help="such as 60s or 5min: the most exact that fits")
 
     for name, help_text in _STAGE_COMMANDS.items():
         stage = add(name, _stage, f"{help_text} (a stage of an existing run)")
@@ -149,6 +152,13 @@ def _parser() -> argparse.ArgumentParser:
     )
     accuracy(dimple)
 
+    tradeoff = add("tradeoff", _tradeoff, "measure what every choice costs and how far off it is: a scene, or four built-in ones")
+    tradeoff.add_argument("scene", metavar="SCENE", nargs="?")
+    tradeoff.add_argument("--out", metavar="DIR", type=Path, default=Path("build/tradeoff"), help="default %(default)s")
+    tradeoff.add_argument("--only", metavar="GROUP", nargs="+", default=[], help="these groups of rungs, such as dimple flow")
+    tradeoff.add_argument("--jobs", type=int, metavar="N", default=1, help="runs at a time (default %(default)s)")
+    tradeoff.add_argument("--quick", action="store_true", help="two cheap groups: what chance and the raster do")
+
     almen = add("intensity", _intensity, "Almen intensity from a saturation curve: a measured one, or a strip in a scene's jet")
     almen.add_argument("scene", metavar="SCENE", nargs="?")
     almen.add_argument("--curve", metavar="FILE.csv", type=Path, help="measured: exposure_min|_s|_passes, arc_height_in|_mm|_m; with SCENE: beside it")
@@ -166,17 +176,27 @@ def _check(args) -> int:
     from glue.study.check_text import check_text
     from glue.study.pipeline import find_scene
     from glue.study.specify import read_specified
+    from glue.study.tradeoff.choose import preset_block
 
     scene_file = find_scene(args.scene)
     scene, _ = read_specified(scene_file, preset=args.accuracy, progress=Progress())
-    print(json.dumps(check(scene, scene_file), indent=2) if args.json else check_text(scene, scene_file))
+    if args.json:
+        print(json.dumps(check(scene, scene_file) | {"preset_measured": preset_block(scene)}, indent=2))
+    else:
+        print(check_text(scene, scene_file))
     return 0
 
 
 def _run(args) -> int:
     from glue.study import pipeline
 
-    path = pipeline.run(args.scene, args.out, args.accuracy, args.only, Progress())
+    content = None
+    if args.target_error is not None or args.budget is not None:
+        from glue.study.tradeoff.wishes import chosen_scene
+
+        content, told = chosen_scene(args.scene, args.target_error, args.budget, args.accuracy, args.only)
+        print(told, file=sys.stderr, flush=True)
+    path = pipeline.run(args.scene, args.out, args.accuracy, args.only, Progress(), content=content)
     return _show(path, args.json)
 
 
@@ -225,6 +245,23 @@ def _dimple(args) -> int:
         print(single.library_text(library))
         if table:
             print("\n" + single.formulas_text(library.material, table))
+    return 0
+
+
+def _tradeoff(args) -> int:
+    from glue.report import tradeoff as report
+    from glue.study.tradeoff.ladders import groups_named, run_ladders
+
+    if args.jobs < 1:
+        raise InputError(f"--jobs {args.jobs}: allowed from 1 up, such as the number of cores")
+    groups = groups_named(args.only, args.quick)
+    table = run_ladders(args.scene, args.out, groups, lambda line: print(line, file=sys.stderr, flush=True), args.jobs)
+    files = report.write_report(table, args.out)
+    if args.json:
+        print(json.dumps(table, indent=1))
+    else:
+        print("\n\n".join(report.markdown(table, scene) for scene in table["scenes"]))
+        print("\n".join(["", "Files", *(f"  {file}" for file in files)]))
     return 0
 
 

@@ -35,6 +35,34 @@ def write_triangles(path: Path, points_m, triangles, cell_fields: Mapping[str, n
         meshio.write(part, meshio.Mesh(points, [("triangle", cells)], cell_data=fields), file_format="vtu")
 
 
+def write_tetrahedra(
+    path: Path, points_m, tetrahedra, point_fields: Mapping[str, np.ndarray], cell_fields: Mapping[str, np.ndarray]
+) -> None:
+    """Write a tetrahedral mesh to ``path`` (.vtu, single precision, compressed).
+
+    points_m: (n, 3) [m]; tetrahedra: (m, 4) indices; point_fields, cell_fields: {name with unit: values (n, …) or
+    (m, …)}.  Raises InputError when the shapes do not fit together or a value is not finite.
+    """
+    points, cells = np.asarray(points_m, dtype=np.float32), np.asarray(tetrahedra, dtype=np.int32)
+    if points.ndim != 2 or points.shape[1] != 3 or cells.ndim != 2 or cells.shape[1] != 4:
+        raise InputError(f"mesh: points {points.shape}, tetrahedra {cells.shape}; expected (n, 3) and (m, 4)")
+    if cells.size and not (0 <= cells.min() and cells.max() < len(points)):
+        raise InputError(f"mesh: tetrahedra name points {cells.min()}..{cells.max()} of {len(points)}")
+    fields = [("point", points, point_fields), ("tetrahedron", cells, cell_fields)]
+    for what, of, named in fields:
+        odd = [name for name, values in named.items() if np.shape(values)[:1] != (len(of),)]
+        if odd:
+            raise InputError(f"mesh: {', '.join(odd)} must have one value for each {what} of {len(of)}")
+        poor = [name for name, values in named.items() if not np.isfinite(values).all()]
+        if poor:
+            raise InputError(f"mesh: {', '.join(poor)} is not finite everywhere")
+    at_points = {name: np.asarray(values, np.float32) for name, values in point_fields.items()}
+    at_cells = {name: [np.asarray(values, np.float32)] for name, values in cell_fields.items()}
+    mesh = meshio.Mesh(points, [("tetra", cells)], point_data=at_points, cell_data=at_cells)
+    with atomic_path(path) as part:
+        meshio.write(part, mesh, file_format="vtu", compression="zlib")
+
+
 def read_triangles(path: Path) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
     """(points (n, 3) [m], triangles (m, 3), {field: (m,)}) as :func:`write_triangles` takes them.
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from glue.errors import InputError
-from glue.meshes import read_surface, read_triangles, write_triangles
+from glue.meshes import read_surface, read_triangles, write_tetrahedra, write_triangles
 
 POINTS = np.array([[0.0, 0.0], [1e-3 / 3, 0.0], [0.0, -2e-300], [1.0, np.pi]])
 TRIANGLES = np.array([[0, 1, 2], [1, 3, 2]])
@@ -98,3 +98,30 @@ def test_what_is_no_surface_is_refused(tmp_path, content, says):
         (tmp_path / "a.stl").write_bytes(content)
     with pytest.raises(InputError, match=says):
         read_surface(tmp_path / "a.stl")
+
+
+TETRAHEDRA = np.array([[0, 1, 2, 3]])
+CORNERS = np.array([[0.0, 0, 0], [1e-3, 0, 0], [0, 1e-3, 0], [0, 0, -1e-3]])
+
+
+def test_tetrahedra_and_their_tensors_are_read_back_by_another_program(tmp_path):
+    """Single precision: seven digits."""
+    pyvista = pytest.importorskip("pyvista")
+    stress = np.array([[-3.1e8, -2.9e8, 1e6, 2e6, -3e6, 4e6]])
+    moved = np.arange(12.0).reshape(4, 3) * 1e-6
+    write_tetrahedra(tmp_path / "a.vtu", CORNERS, TETRAHEDRA, {"displacement_m": moved}, {"stress_Pa": stress, "peeq": np.array([0.3])})
+    mesh = pyvista.read(tmp_path / "a.vtu")
+    assert mesh.n_cells == 1 and mesh.points == pytest.approx(CORNERS)
+    assert mesh["stress_Pa"] == pytest.approx(stress) and mesh["displacement_m"] == pytest.approx(moved)
+    assert mesh["peeq"].dtype == np.float32
+
+
+@pytest.mark.parametrize(
+    ("cells", "peeq", "says"),
+    [(TETRAHEDRA + 1, [0.1], r"1\.\.4 of 4"), (TETRAHEDRA, [0.1, 0.2], "one value for each tetrahedron of 1"),
+     (TETRAHEDRA, [np.nan], "peeq is not finite"), (TRIANGLES, [0.1], r"expected .n, 3. and .m, 4.")],
+)  # fmt: skip
+def test_tetrahedra_that_cannot_be_are_refused(tmp_path, cells, peeq, says):
+    with pytest.raises(InputError, match=says):
+        write_tetrahedra(tmp_path / "a.vtu", CORNERS, cells, {}, {"peeq": np.array(peeq)})
+    assert not list(tmp_path.iterdir())

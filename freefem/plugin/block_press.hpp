@@ -8,6 +8,7 @@
 #include "supernodal.hpp"
 
 #include <cstdio>
+#include <utility>
 
 namespace {
 
@@ -16,12 +17,20 @@ struct Elastic {
     std::vector<long> contact;     // unknowns of the contact nodes: contactComponents * candidate + component
     std::vector<float> compliance; // of these, square
     std::vector<float> base, y;    // L^-1 of the right-hand sides of peenBase and of the last peenPress
+    std::vector<std::pair<int, float>> late; // (place, force) of the last peenPress that y does not hold yet
 };
 struct Zone {
     std::vector<long> element, unknown, skin; // skin: unknowns of nodes that elements outside share
     std::vector<char> on;                     // supernodes of its unknowns and their ancestors
 };
+// K^-1 of unit forces at contact nodes, at the zone's unknowns: kept as long as the zone stays, made when a node first needs one.
+struct Columns {
+    double x = 0, y = 0, reach = -1; // of the zone that they belong to
+    std::vector<int> slot;           // of each unknown of the contact nodes, -1: none yet
+    std::vector<std::vector<float>> column;
+};
 Elastic elastic; // one block a run
+Columns columns;
 int contactComponents = 3; // of a contact node that forces may have: at small strain (1) the vertical one alone, see peenMesh
 Zone zone;
 
@@ -30,6 +39,7 @@ Zone zone;
 long peenFactor(KN<long> *const &row, KN<long> *const &col, KN<double> *const &value, KN<double> *const &fixed) {
     ffassert(row->N() == value->N() && col->N() == value->N());
     elastic = Elastic();
+    columns = Columns();
     if (!elastic.factor.factorise(int(fixed->N()), value->N(), &(*row)[0], &(*col)[0], &(*value)[0], &(*fixed)[0]))
         return -1;
     return long(elastic.factor.entries());
@@ -107,14 +117,54 @@ long peenCompliance(KN<long> *const &node, const double &scale, string *const &f
     return 0;
 }
 
+// The columns that `wanted` (number among the unknowns of the contact nodes, anything) still lacks, solved together.
+void makeColumns(const std::vector<std::pair<long, float>> &wanted) {
+    const Supernodal &L = elastic.factor;
+    columns.slot.resize(elastic.contact.size(), -1);
+    std::vector<long> fresh, dof;
+    for (const auto &w : wanted)
+        if (columns.slot[w.first] < 0) fresh.push_back(w.first), dof.push_back(elastic.contact[w.first]);
+    const size_t wide = 64;
+    std::vector<float> Y(std::min(wide, fresh.size()) * L.n);
+    std::vector<char> below;
+    for (size_t from = 0; from < fresh.size(); from += wide) {
+        const size_t count = std::min(wide, fresh.size() - from);
+        std::fill(Y.begin(), Y.end(), 0.f);
+        for (size_t c = 0; c < count; ++c) Y[c * L.n + L.place[dof[from + c]]] = 1;
+        L.mark(&dof[from], long(count), below);
+        L.down(Y.data(), int(count), &below);
+        L.up(Y.data(), int(count), &zone.on);
+        for (size_t c = 0; c < count; ++c) {
+            columns.slot[fresh[from + c]] = int(columns.column.size());
+            columns.column.emplace_back(zone.unknown.size());
+            for (size_t i = 0; i < zone.unknown.size(); ++i) columns.column.back()[i] = Y[c * L.n + L.place[zone.unknown[i]]];
+        }
+    }
+}
+
+// Brings y up to date with the forces of the last peenPress.
+void addLate() {
+    const Supernodal &L = elastic.factor;
+    std::vector<float> part(L.n, 0.f);
+    std::vector<char> on(L.supernodes(), 0);
+    for (const auto &f : elastic.late) {
+        part[f.first] += f.second;
+        L.markPlace(f.first, on);
+    }
+    elastic.late.clear();
+    L.down(part.data(), 1, &on);
+    for (int i = 0; i < L.n; ++i) elastic.y[i] += part[i];
+}
+
 // One correction of equilibrium and contact, from a whole state f_b = f(U_b) given to peenBase:
 //   (30) z = -K^-1 (f_b + q - N lambda);   A lambda' >= A lambda - gap - N^T (U_b + z - U)  (28);
 //        step = z + K^-1 N (lambda' - lambda)                                           and the next U is U_b + step
 // At its fixed point f_b + K (U - U_b) + q = N lambda and no gap is negative.
 //   q: rest (27) of the zone; which: candidates, numbers among the nodes of peenCompliance, all inside the zone;
 //   n (3 x candidates): normals out of the sphere; from: U - U_b
-// Solved in the factor's own order: down with the zone, up and down again with what belongs to the candidates, up with
-// the zone, where alone `step` is filled.  Returns the sweeps of the active set, or -1.
+// Solved in the factor's own order: down with the zone and up again, then what the forces' change adds: from the columns of
+// the nodes that it touches, or, where the zone is the whole block, down with the candidates and up once more, which reads
+// most of the factor a second time.  `step` is filled in the zone alone.  Returns the sweeps of the active set, or -1.
 long peenPress(KN<double> *const &q, KN<double> *const &from, KN<long> *const &which, KNM<double> *const &n,
                KN<double> *const &gap, KN<double> *const &lambda, KN<double> *const &step) {
     const Supernodal &L = elastic.factor;
@@ -125,8 +175,9 @@ long peenPress(KN<double> *const &q, KN<double> *const &from, KN<long> *const &w
     for (int i = 0; i < m; ++i)
         for (int c = 0; c < many; ++c)
             dof[many * i + c] = elastic.contact[many * (*which)[i] + c], normal[many * i + c] = (*n)(long(skipped + c), long(i));
+    const bool byColumns = long(zone.unknown.size()) < L.n;
     std::vector<char> on;
-    L.mark(dof.data(), many * m, on);
+    if (!byColumns) L.mark(dof.data(), many * m, on);
 
     std::vector<float> part(L.n, 0.f);
     for (long i : zone.unknown) part[L.place[i]] = float(-(*q)[i]);
@@ -135,7 +186,7 @@ long peenPress(KN<double> *const &q, KN<double> *const &from, KN<long> *const &w
     elastic.y = elastic.base;
     for (int i = 0; i < L.n; ++i) elastic.y[i] += part[i];
     part = elastic.y;
-    L.up(part.data(), 1, &on);
+    L.up(part.data(), 1, byColumns ? &zone.on : &on);
 
     std::vector<double> A(size_t(m) * m), b(m), force(m);
     for (int i = 0; i < m; ++i)
@@ -155,16 +206,29 @@ long peenPress(KN<double> *const &q, KN<double> *const &from, KN<long> *const &w
     const int sweeps = contactSet(A, b, force);
     if (sweeps < 0) return -1;
 
-    std::fill(part.begin(), part.end(), 0.f);
+    elastic.late.clear();
+    std::vector<std::pair<long, float>> change; // (number among the unknowns of the contact nodes, force)
     for (int i = 0; i < m; ++i) {
-        for (int k = many * i; k < many * (i + 1); ++k) part[L.place[dof[k]]] = float((force[i] - (*lambda)[i]) * normal[k]);
+        const double more = force[i] - (*lambda)[i];
+        for (int k = many * i; k < many * (i + 1) && more != 0; ++k) {
+            elastic.late.emplace_back(L.place[dof[k]], float(more * normal[k]));
+            change.emplace_back(many * (*which)[i] + k - many * i, float(more * normal[k]));
+        }
         (*lambda)[i] = force[i];
     }
-    L.down(part.data(), 1, &on);
-    for (int i = 0; i < L.n; ++i) elastic.y[i] += part[i];
+    *step = 0.;
+    if (byColumns) {
+        makeColumns(change);
+        std::vector<float> sum(zone.unknown.size());
+        for (size_t i = 0; i < sum.size(); ++i) sum[i] = part[L.place[zone.unknown[i]]];
+        for (const auto &c : change)
+            cblas_saxpy(int(sum.size()), c.second, columns.column[columns.slot[c.first]].data(), 1, sum.data(), 1);
+        for (size_t i = 0; i < sum.size(); ++i) (*step)[zone.unknown[i]] = sum[i];
+        return sweeps;
+    }
+    addLate();
     part = elastic.y;
     L.up(part.data(), 1, &zone.on);
-    *step = 0.;
     for (long i : zone.unknown) (*step)[i] = part[L.place[i]];
     return sweeps;
 }
@@ -183,6 +247,7 @@ long peenBase(KN<double> *const &f) {
 long peenSpread(KN<double> *const &step) {
     const Supernodal &L = elastic.factor;
     ffassert(step->N() == L.n && long(elastic.y.size()) == L.n);
+    addLate();
     std::vector<float> x = elastic.y;
     L.up(x.data(), 1, nullptr);
     for (int i = 0; i < L.n; ++i) (*step)[i] = x[L.place[i]];

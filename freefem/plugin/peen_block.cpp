@@ -145,6 +145,11 @@ long peenZone(const double &x, const double &y, const double &reach, const doubl
             if (outside[n]) zone.skin.push_back(3 * n + i);
         }
     elastic.factor.mark(zone.unknown.data(), long(zone.unknown.size()), zone.on);
+    const bool whole = long(zone.unknown.size()) == mesh.unknowns; // has no columns: those of the last zone are kept
+    if (!whole && (columns.x != x || columns.y != y || columns.reach != reach)) {
+        columns = Columns();
+        columns.x = x, columns.y = y, columns.reach = reach;
+    }
     return long(zone.element.size());
 }
 

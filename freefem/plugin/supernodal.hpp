@@ -57,8 +57,11 @@ class Supernodal {
     // Stamps the supernodes of these unknowns and all their ancestors.
     void mark(const long *unknowns, long count, std::vector<char> &on) const {
         on.assign(supernodes(), 0);
-        for (long i = 0; i < count; ++i)
-            for (int s = owner[place[unknowns[i]]]; s >= 0 && !on[s]; s = parent[s]) on[s] = 1;
+        for (long i = 0; i < count; ++i) markPlace(place[unknowns[i]], on);
+    }
+    // Likewise for one, by its place in the order of elimination.
+    void markPlace(int at, std::vector<char> &on) const {
+        for (int s = owner[at]; s >= 0 && !on[s]; s = parent[s]) on[s] = 1;
     }
 
     // Y (n x columns, order of elimination) <- L^-1 Y, through the supernodes that are on (nullptr: all).

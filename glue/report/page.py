@@ -11,7 +11,7 @@ from glue.atomic import write_text_atomic
 from glue.report.figures import DPI
 from glue.scene import sizes
 from glue.scene.model import Scene
-from glue.study.rows import ROWS, shown
+from glue.study.rows import ROWS, interval, shown
 from glue.study.summary import choices_made
 
 STYLE = """
@@ -144,13 +144,15 @@ def _results(metrics: dict) -> str:
     for section, (title, rows) in ROWS.items():
         values = metrics.get(section)
         if values:
-            body = "".join(_row(values, *row) for row in rows if row[0] in values)
+            body = "".join(_row(metrics, section, *row) for row in rows if row[0] in values)
             cards.append(f"<div><h3>{title}</h3><table>{body}</table></div>")
     return "".join(cards) or "<p>No stage has finished.</p>"
 
 
-def _row(values: dict, key: str, label: str, factor: float | None, unit: str, digits: int) -> str:
-    text, kind = escape(shown(values, key, factor, unit, digits)), "number" if values[key] is not None else "missing"
+def _row(metrics: dict, section: str, key: str, label: str, factor: float | None, unit: str, digits: int) -> str:
+    values = metrics[section]
+    text = escape(shown(values, key, factor, unit, digits) + interval(metrics, section, key, factor, unit, digits))
+    kind = "number" if values[key] is not None else "missing"
     if factor is not None and values[key] is not None:
         text = text.replace("-", "−")
     return f"<tr><td>{label}</td><td class={kind}>{text}</td></tr>"

@@ -16,12 +16,15 @@ import sys
 from pathlib import Path
 
 from glue.errors import InputError, PeenError
+from glue.report.tradeoff import markdown, presets_markdown
 from glue.solvers import repo_root
 from glue.study.manifest import read_manifest
 from glue.study.rundir import METRICS, STAGE_ORDER
 from glue.study.summary import summary
+from glue.study.tradeoff.table import packaged
 
 BENCHMARKS = ("flow", "dimple", "target")
+LADDER_SCENE = "al2024-s390"
 FIGURES = ("impact_map", "coverage", "residual_stress", "height_map", "dimple")
 
 # (label, section, key, factor, digits) of the table of presets
@@ -110,6 +113,9 @@ def write_readme(runs: list[Path], checks: Path, bench: Path) -> None:
     text = replace_block(text, "output", f"```text\n{shown}\n```")
     text = replace_block(text, "trade", trade_table(runs))
     text = replace_block(text, "verification", verification_table(checks))
+    measured = packaged()
+    text = replace_block(text, "presets", presets_markdown(measured))
+    text = replace_block(text, "ladder", markdown(measured, LADDER_SCENE))
     for name in BENCHMARKS:
         text = replace_block(text, f"bench {name}", bench_table(bench / f"{name}.json"))
     readme.write_text(text, encoding="utf-8")

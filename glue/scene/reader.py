@@ -217,17 +217,22 @@ def _read_models(top: Table) -> Models:
 
 
 def _read_accuracy(top: Table, preset: str | None) -> Accuracy | None:
-    """The file's preset; a run's own ``preset`` takes its place, but the file's is checked all the same."""
+    """The file's preset with the numbers that the file states itself.
+
+    A run's own ``preset`` takes the place of the file's, which is checked all the same; stated numbers hold with either.
+    """
     table = top.optional_table("accuracy")
-    word = None
+    word, own = None, {}
     if table is not None:
         table.refuse_others(schema.ACCURACY, elsewhere=schema.BELONGS_IN)
         if preset is None or "preset" in table:
             word = table.get("preset", schema.ACCURACY["preset"])
+        # Only the number of patches has a default of its own: the others' are the preset's.
+        own = {k: table.get(k, schema.ACCURACY[k]) for k in schema.ACCURACY if k == "target_patches" or k in table and k != "preset"}
     if preset is not None:
         word = preset
         problem = schema.ACCURACY["preset"].problem(preset)
         if problem:
             top.log.problems.append(f"accuracy preset given for this run: {problem}")
             return None
-    return PRESETS[word] if word else None
+    return dataclasses.replace(PRESETS[word], **own) if word and None not in own.values() else None

@@ -189,7 +189,22 @@ MODELS = {
         "the layer model at preset fast, else the periodic cell",
     ),
 }
-ACCURACY = {"preset": Word(tuple(PRESETS), DEFAULT_PRESET, "choice of this project")}
+# The preset's numbers are the defaults of the rest: "peen check" prints them expanded.
+ACCURACY = {
+    "preset": Word(tuple(PRESETS), DEFAULT_PRESET, "choice of this project"),
+    "target_patches": Integer(1, 64, 1, "one patch of the window stands for all; choice of this project"),
+    "flow_tolerance": Number(1e-5, 0.5, "share"),
+    "flow_dt_over_P": Number(0.01, 12.0),
+    "dimple_elements_per_radius": Integer(2, 32),
+    "dimple_steps_per_contact": Number(20.0, 1000.0),
+    "dimple_speeds": Integer(2, 33),
+    "cell_side_in_radii": Number(3.0, 16.0),
+    "cell_elements_per_side": Integer(4, 24),
+    "cell_load_steps": Integer(1, 40),
+    "cell_force_tolerance": Number(1e-5, 0.1, "share"),
+    "coverage_points_per_radius": Number(2.0, 200.0),
+    "stamp_points_per_radius": Number(2.0, 100.0),
+}
 
 # Where a key belongs when it stands in the wrong table; keys found in several tables have no single home.
 _HOMES = {

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from glue.errors import NotConverged, SolverFailed
 from glue.solvers import diagnose, process
+from glue.solvers.blas import blas_environment
 from glue.solvers.find import find_compiler, find_freefem, package, repo_root, require_checkout
 
 _PLUGINS = "/usr/lib/freefem++"  # Debian's binary looks in /usr/lib/ff++, where nothing is
@@ -104,6 +105,7 @@ def _run(argv, name: str, *, cwd, log, timeout_s=None, on_line=None) -> process.
         "FF_INCLUDEPATH": f"{root / 'freefem'};{root / 'freefem' / 'lib'};{_INCLUDES}",
         "OMP_NUM_THREADS": "1",
         "OPENBLAS_NUM_THREADS": "1",
+        **blas_environment(),
     }
     try:
         return process.run(

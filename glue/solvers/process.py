@@ -25,6 +25,7 @@ class Finished(NamedTuple):
     log: Path
     wall_s: float
     peak_memory_bytes: int
+    cpu_s: float = 0.0  # of all its threads
 
 
 _watchers: ContextVar[list[tuple[str, Finished]] | None] = ContextVar("watchers", default=None)
@@ -79,13 +80,13 @@ def run(
         try:
             deadline = None if timeout_s is None else start + timeout_s
             _pump(child, log_file, on_line, deadline)
-            exit_code, peak = _reap(child, deadline)
+            exit_code, peak, cpu_s = _reap(child, deadline)
         except BaseException:  # Ctrl-C and a failing callback included: no solver outlives its caller
             _kill_group(child)
             raise
         finally:
             child.stdout.close()
-    done = Finished(exit_code, log, time.monotonic() - start, peak)
+    done = Finished(exit_code, log, time.monotonic() - start, peak, cpu_s)
     seen = _watchers.get()
     if seen is not None:
         seen.append((Path(argv[0]).name, done))
@@ -134,14 +135,15 @@ def _pump(child, log_file, on_line, deadline) -> None:
         on_line(pending.decode(errors="replace"))
 
 
-def _reap(child, deadline) -> tuple[int, int]:
-    """Wait for the child's end; its exit code and peak resident memory [bytes]."""
+def _reap(child, deadline) -> tuple[int, int, float]:
+    """Wait for the child's end; its exit code, peak resident memory [bytes] and processor time [s]."""
     while True:
-        # wait4 rather than Popen.wait: it alone reports the memory of this very child.
+        # wait4 rather than Popen.wait: it alone reports the memory and the time of this very child.
         pid, status, usage = os.wait4(child.pid, os.WNOHANG if deadline else 0)
         if pid:
             child.returncode = os.waitstatus_to_exitcode(status)
-            return child.returncode, usage.ru_maxrss * 1024  # Linux counts in KiB
+            # Linux counts in KiB
+            return child.returncode, usage.ru_maxrss * 1024, usage.ru_utime + usage.ru_stime
         if time.monotonic() > deadline:  # it closed its output, yet does not end
             raise TimedOut
         time.sleep(0.01)

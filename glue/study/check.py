@@ -24,9 +24,10 @@ from glue.study.coverage_stage import refuse_window
 from glue.study.dimple_stage import other_speeds, refuse_dimple, scene_physics
 from glue.study.exposure import estimated_areas_m2, expected_hits, speed_kept
 from glue.study.flow_stage import refuse_flow, restitution_estimate
+from glue.study.pieces import pieces
 from glue.study.pipeline import choices, default_out
 from glue.study.reference import reference_impact
-from glue.target.contact import ContactNumerics
+from glue.study.target_stage import expected_work, refuse_target, target_warnings
 
 # YADE, which crosses free flight in one step: seconds per contact at dt = 1 P and to start (24 500 shots with
 # 7500 collisions: 14 s).
@@ -34,9 +35,6 @@ _CONTACT_S, _START_S = 4e-4, 1.5
 # Event-driven: seconds per contact (reference scene: 71 000 events a peening second in .16 s) and to load what was
 # compiled; the first run on a machine compiles for some 20 s.
 _EVENT_S, _LOAD_S = 5e-6, 1.0
-# The target: seconds per impact, unknown and load step of the cell (28 impacts, 9996 unknowns, 3 steps: 12 s), per impact
-# of the block, and of the one impact that the layers take beside the dimple's.
-_CELL_S, _BLOCK_S, _LAYERS_S = 12.0 / (28 * 9996 * 3), 8.0, 3.0
 _FEW_IMPACTS = 5.0  # below, one impact more or less changes the target's exposure by a fifth and more
 
 
@@ -52,22 +50,22 @@ def check(scene: Scene, scene_file: Path | None = None) -> dict:
         refuse_dimple(scene, scene_file)
         refuse_flow(scene, scene_file)
         refuse_window(scene, scene_file)
+        refuse_target(scene, scene_file)
     (nozzle, shots), target = reference_impact(scene), scene.target
     e, source = restitution_estimate(scene)
     physics = resolve_physics(scene)
     impact = scene_physics(scene)
     flow = choose_flow(scene, e)
-    areas = estimated_areas_m2(scene)
-    hits = expected_hits(scene, areas)
+    hits = expected_hits(scene, estimated_areas_m2(scene))
     exposure = float(hits.hits[-1].mean())
     normal_speed = nozzle.normal_speed_m_s * speed_kept(scene, nozzle, shots)
     radius = estimated_dimple_radius_m(shots, normal_speed, target.material)
-    cell_radius = estimated_dimple_radius_m(shots, nozzle.normal_speed_m_s, target.material)
     half = [0.5 * side for side in target.window_m]
     in_window = expected_impacts(scene, -half[0], half[0], -half[1], half[1])
-    per_area = in_window / target.window_area_m2
-    in_cell = per_area * (scene.accuracy.cell_side_in_radii * cell_radius) ** 2
+    work = expected_work(scene)
+    in_cell = work["impacts_in_cell"]
     per_pass = _per_pass(scene, half)
+    optional = pieces(scene, e, exposure)
     return {
         "name": scene.name,
         "run_directory": str(default_out(scene)),
@@ -91,15 +89,21 @@ def check(scene: Scene, scene_file: Path | None = None) -> dict:
         "mean_hits_per_point_estimate": exposure,
         "coverage_estimate": float(hits.coverage([scene.exposure_time_s])[0]),
         "flow_cost_estimate_s": _flow_cost_s(scene, flow.model, e),
-        "target_cost_estimate_s": _target_cost_s(scene, in_cell),
-        "warnings": [*flow.warnings, *_warnings(in_cell, per_pass)],
+        "target_cost_estimate_s": work["seconds"],
+        "warnings": [*flow.warnings, *_warnings(in_cell, per_pass), *target_warnings(scene, work, exposure)],
         "physics": {block: vars(choice) for block, choice in (physics.choices | impact.choices).items()},
+        "pieces": [vars(piece) | {"misfit": piece.misfit} for piece in optional],
         "dimple_speeds_m_s": sorted([*other_speeds(scene), nozzle.normal_speed_m_s]),
         "choices": choices(scene),
         "accuracy": vars(scene.accuracy),
         "inferred": list(scene.inferred),
         "defaults_used": list(scene.defaults_used),
     }
+
+
+def mean_hits_estimate(scene: Scene) -> float:
+    """Hits per point of the window at the end of the exposure, with dimples of estimated size."""
+    return float(expected_hits(scene, estimated_areas_m2(scene)).hits[-1].mean())
 
 
 def _per_pass(scene: Scene, half: list[float]) -> list[float]:
@@ -154,15 +158,3 @@ def _flow_cost_s(scene: Scene, model: str, restitution: float) -> float:
     if model != "dem":
         return _LOAD_S + _EVENT_S * contacts
     return _START_S + _CONTACT_S / scene.accuracy.flow_dt_over_P * contacts
-
-
-def _target_cost_s(scene: Scene, impacts_in_cell: float) -> float:
-    """Wall time [s] of the target, to a factor of two; the cell has one layer of P2 elements more than per side."""
-    model, accuracy = scene.models.target.model, scene.accuracy
-    if model == "layers":
-        return _LAYERS_S
-    if model == "contact":
-        return _BLOCK_S * impacts_in_cell * (ContactNumerics.side_in_radii / accuracy.cell_side_in_radii) ** 2
-    n = accuracy.cell_elements_per_side
-    unknowns = 3 * (2 * n) ** 2 * (2 * (n + 1) + 1)
-    return _CELL_S * impacts_in_cell * unknowns * accuracy.cell_load_steps

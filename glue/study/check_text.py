@@ -6,11 +6,13 @@ from pathlib import Path
 
 from glue.scene.model import Scene
 from glue.study.check import check
+from glue.study.pieces import table_text
+from glue.study.tradeoff.choose import preset_block
 
 
 def check_text(scene: Scene, scene_file: Path | None = None) -> str:
     """The same as :func:`glue.study.check.check`, as a page of text."""
-    c = check(scene, scene_file)
+    c, measured = check(scene, scene_file), preset_block(scene)
     lines = [
         f"{scene.name}: {scene.target.material.name}, {_surface(scene)}, {scene.exposure_time_s:g} s",
         "",
@@ -24,6 +26,10 @@ def check_text(scene: Scene, scene_file: Path | None = None) -> str:
         f"  accuracy    {scene.accuracy.preset:<14} "
         + ", ".join(f"{k} {v:g}" for k, v in c["accuracy"].items() if k != "preset"),
         "",
+        "Optional physics, all of it",
+        *table_text(c["pieces"]),
+        "",
+        *(["What its preset costs and how far off it is, measured", *measured, ""] if measured else []),
         "Defaults used" if scene.defaults_used else "No defaults used: the scene says everything",
         *(f"  {line}" for line in scene.defaults_used),
         "",

@@ -18,7 +18,6 @@ from glue.target.physics import STEEL_SHOT, shot_yield_warning
 from glue.target.regime import ImpactChoices, impact_physics
 from glue.target.speeds import spaced
 
-SPEEDS = {"fast": 3, "balanced": 5, "reference": 9}  # from the reference speed down, in equal ratios
 SLOWEST = 1.0 / 16.0  # of the reference speed; slower impacts are few and bring no energy
 ABSURD_STRAIN = 1.0
 
@@ -38,6 +37,7 @@ def dimple_stage(work: Work) -> tuple[dict, list[str]]:
         density_kg_m3=shots.density_kg_m3,
         diameter_m=shots.diameter_m,
         elements_per_radius=scene.accuracy.dimple_elements_per_radius,
+        steps_per_contact=scene.accuracy.dimple_steps_per_contact,
         workdir=work.path / "dimple",
         other_speeds_m_s=other_speeds(scene),
         physics=physics,
@@ -73,7 +73,7 @@ def other_speeds(scene: Scene) -> list[float]:
     """
     nozzle, shots = reference_impact(scene)
     nominal = nozzle.normal_speed_m_s
-    speeds = spaced(SLOWEST * nominal, nominal, SPEEDS[scene.accuracy.preset])[:-1]
+    speeds = spaced(SLOWEST * nominal, nominal, scene.accuracy.dimple_speeds)[:-1]
     fastest = max(
         n.fastest_m_s * n.normal_speed_m_s / n.speed_m_s * math.sqrt(s.density_kg_m3 / shots.density_kg_m3)
         for n in scene.nozzles

@@ -48,9 +48,11 @@ def run(
     only: Sequence[str] = (),
     progress: Progress = lambda stage, fraction, text: None,
     stages: Sequence[Stage] | None = None,
+    content: bytes | None = None,
 ) -> Path:
     """Run a scene (file or shipped name) into ``out`` and return the run directory.
 
+    ``content`` takes the place of the scene file's (the same scene with some keys changed).
     ``only`` names the stages wanted; what they need is brought up to date first. Raises InputError
     before any solver starts, SolverFailed or NotConverged with the run directory in a note.
     """
@@ -59,7 +61,7 @@ def run(
     stages = _default_stages() if stages is None else stages
     wanted = _with_needs(only or [s.name for s in stages], stages)
     scene_file = find_scene(scene_argument)
-    content = read_bytes(scene_file)  # once: what is checked is what is run, and a pipe gives it only once
+    content = read_bytes(scene_file) if content is None else content  # once: what is checked is what is run, and a pipe gives it only once
     scene, beside = read_specified(scene_file, preset=preset, content=content, progress=progress)
     path = out or default_out(scene)
     facts = {
@@ -92,6 +94,17 @@ def rerun(path: Path, only: Sequence[str], progress: Progress, stages: Sequence[
             )
         _run_stages(folder, scene, wanted, stages, progress)
     return path
+
+
+def is_done(path: Path, only: Sequence[str], stages: Sequence[Stage] | None = None) -> bool:
+    """Would running these stages of the run directory ``path`` find all of them up to date?"""
+    stages = _default_stages() if stages is None else stages
+    try:
+        with RunDirectory.open(path) as folder:
+            scene = read_scene(folder.scene_file, preset=folder.manifest["preset_argument"])
+            return all(folder.is_current(s.name, digest(_inputs(folder, scene, s))) for s in _with_needs(only, stages))
+    except (InputError, KeyError):
+        return False
 
 
 def choices(scene: Scene) -> dict:
@@ -236,17 +249,18 @@ def _teller(progress: Progress, name: str) -> Callable[[float | None, str], None
 
 
 def _run_one(folder: RunDirectory, stage: Stage, work: Work, record: dict[str, Any]) -> None:
-    start = time.monotonic()
+    start, own_cpu = time.monotonic(), time.process_time()
     with solvers.watch() as ended, _PeakMemory() as own:
 
         def cost() -> dict:
             jobs = [
                 {"program": name, "log": _relative(done.log, folder.path), "exit_code": done.exit_code,
-                 "wall_s": done.wall_s, "peak_memory_bytes": done.peak_memory_bytes}
+                 "wall_s": done.wall_s, "cpu_s": done.cpu_s, "peak_memory_bytes": done.peak_memory_bytes}
                 for name, done in ended
             ]  # fmt: skip
             peak = max([own.bytes(), *(j["peak_memory_bytes"] for j in jobs)])
-            return {"wall_s": time.monotonic() - start, "peak_memory_bytes": peak, "processes": jobs}
+            cpu_s = time.process_time() - own_cpu + sum(j["cpu_s"] for j in jobs)
+            return {"wall_s": time.monotonic() - start, "cpu_s": cpu_s, "peak_memory_bytes": peak, "processes": jobs}
 
         try:
             metrics, outputs = stage.run(work)

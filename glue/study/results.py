@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from glue.atomic import atomic_path
+from glue.errors import InputError
+from glue.flow.arrivals import scene_hash
 from glue.flow.impacts import read_impacts
 from glue.scene.model import Scene
 from glue.surface.window import in_window_coordinates
@@ -20,8 +22,18 @@ def load_dimple(path: Path) -> Dimple:
 
 
 def load_impacts(path: Path, scene: Scene) -> np.ndarray:
-    """The impacts of a run directory, in the coordinates of the scene's window (``glue.surface.window``)."""
-    return in_window_coordinates(read_impacts(path / "flow" / "impacts.csv")[0], scene.target.surface)
+    """The impacts of a run directory, in the coordinates of the scene's window (``glue.surface.window``).
+
+    Raises InputError for a log that cannot be read or is another scene's.
+    """
+    file = path / "flow" / "impacts.csv"
+    impacts, header = read_impacts(file)
+    if header.get("scene_hash") != scene_hash(scene):
+        raise InputError(
+            f"{file}: is the log of another scene (its scene_hash is {str(header.get('scene_hash'))[:12]}, this scene's is "
+            f"{scene_hash(scene)[:12]}); allowed: this scene's own, peen flow {path} writes it"
+        )
+    return in_window_coordinates(impacts, scene.target.surface)
 
 
 def plain(values: dict) -> dict:

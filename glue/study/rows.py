@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
+CAUSES = {
+    "statistical": "statistical", "numerical": "numerical", "material_law": "material law",
+    "restitution_friction": "restitution and friction",
+}  # fmt: skip
 # section of metrics.json: (title, ((key, label, factor to the printed unit, unit, digits), ...))
 ROWS = {
     "coverage": ("Coverage", (
@@ -24,6 +30,8 @@ ROWS = {
         ("tenth_depth_m", "down to a tenth of it at depth", 1e6, "µm", 0),
         ("compressive_depth_m", "turns to tension at depth", 1e6, "µm", 0),
         ("force_balance_relative", "force balance, ∫σdz / ∫|σ|dz", 1, "", 3),
+        ("scatter_patches", "scatter over patches, largest mean", 100, "%", 1),
+        ("max_compressive_std_patches_Pa", "scatter of the largest compressive", 1e-6, "MPa", 0),
         ("arc_height_m", "arc height, were it an Almen strip", 1e6, "µm", 1),
         ("moment_balance_relative", "moment balance, ∫σzdz / max|σ|h²", 1, "", 4),
         ("over_measured_mean_Pa", "less the measured, mean", 1e-6, "MPa", 0),
@@ -71,7 +79,13 @@ ROWS = {
         ("neglected_energy_share", "energy of impacts too faint to solve", 100, "%", 2),
         ("nominal_depth_error", "single dimple on this mesh, depth error", 100, "%", 1),
         ("nominal_force_error", "single dimple on this mesh, force error", 100, "%", 1),
+        ("unresolved_energy_share", "energy of dimples finer than the mesh", 100, "%", 2),
         ("Sa_m", "Sa of the model's own surface", 1e6, "µm", 1),
+        ("Sq_m", "Sq", 1e6, "µm", 1),
+        ("Sz_m", "Sz", 1e6, "µm", 0),
+        ("Ssk", "Ssk", 1, "", 2),
+        ("surface_side_m", "side of the square it was taken from", 1e3, "mm", 2),
+        ("patches", "patches of the window solved", 1, "", 0),
         ("restitution_mean", "restitution, mean of the impacts solved", 1, "", 3),
         ("restitution_flow_mean", "the same in the shot stream", 1, "", 3),
         ("restitution_fresh", "restitution on fresh spots", 1, "", 3),
@@ -91,3 +105,13 @@ def shown(values: dict, key: str, factor: float | None, unit: str, digits: int) 
     if factor is None:
         return str(value)
     return f"{round(value * factor, digits) + 0.0:.{digits}f} {unit}".strip()  # + 0.0: no "-0.000"
+
+
+def interval(metrics: dict, section: str, key: str, factor: float | None, unit: str, digits: int) -> str:
+    """" ± 0.61 %, mostly statistical": the metric's 95 % interval in its printed unit; empty where there is none."""
+    found = metrics.get("uncertainty", {}).get(f"{section}.{key}")
+    if not found or factor is None or found["mostly"] is None:
+        return ""
+    half = found["half_width_95"] * factor
+    digits = max(digits, 0 if half == 0.0 else 1 - math.floor(math.log10(half)) - 1)  # one digit of it at least
+    return f" ± {half:.{digits}f} {unit}".rstrip() + f", mostly {CAUSES[found['mostly']]}"

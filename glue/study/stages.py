@@ -1,4 +1,4 @@
-"""The six stages: what each reads, computes, writes into the run directory and reports to metrics.json."""
+"""The seven stages: what each reads, computes, writes into the run directory and reports to metrics.json."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from glue.study.flow_stage import flow_solvers, flow_stage, refuse_flow
 from glue.study.plausibility import roughness_warnings
 from glue.study.results import load_dimple, load_impacts, plain
 from glue.study.stage import Stage, Work
-from glue.study.target_stage import target_stage
+from glue.study.target_stage import refuse_target, target_stage
 from glue.surface.roughness import areal, profile, random_surface
 from glue.surface.stamp import height_map
 
@@ -54,15 +54,22 @@ def report_stage(work: Work) -> tuple[dict, list[str]]:
     return {}, write_report(work.path, work.scene, work.complete if profile else work.complete - {"target"})
 
 
+def uncertainty_stage(work: Work) -> tuple[dict, list[str]]:
+    """An interval for every metric of the stages before, and what it is made of."""
+    from glue.study.uncertainty.budget import budget  # here: it reads what the others wrote
+
+    return {"uncertainty": budget(work)}, []
+
+
 _SCENE = ("glue/scene/*.py",)
-_WINDOW = ("glue/study/results.py", "glue/surface/window.py", "glue/flow/impacts.py")
+_WINDOW = ("glue/study/results.py", "glue/flow/arrivals.py", "glue/surface/window.py", "glue/flow/impacts.py")
 _STAGES = (
     *(f"glue/study/{name}.py" for name in ("stages", "target_stage", "plausibility", "measured", "unpeened")), *_WINDOW,
 )  # fmt: skip
 _TABLE = ("glue/target/dimple.py", "glue/target/speeds.py")
 _KERNELS = ("freefem/lib/law_script.idp", "freefem/plugin/*")
 _AXISYM = ("freefem/single_impact.edp", "freefem/lib/*axisym*.idp")
-_TARGET = ("contact.edp", "cell*.edp", "lib/anderson.idp", "lib/contact_lcp.idp", "lib/*_block.idp", "lib/output_c*.idp", "lib/points_small*.idp")
+_TARGET = ("contact.edp", "cell*.edp", "lib/anderson.idp", "lib/contact_lcp.idp", "lib/*_block.idp", "lib/output_[cf]*.idp", "lib/points_small*.idp")
 STAGES = (
     Stage(
         "dimple",
@@ -123,15 +130,20 @@ STAGES = (
         (
             *_SCENE,
             *_STAGES,
+            "glue/study/target_outputs.py",
+            "glue/study/target_patches.py",
             "glue/target/*.py",
             "glue/theory/plate.py",
             "glue/surface/stress.py",
+            "glue/surface/roughness.py",
+            "glue/meshes.py",
             *(f"freefem/{name}" for name in _TARGET),
             *_KERNELS,
         ),
         ("target", "stress_profile.csv"),
         target_stage,
         solvers=("freefem",),
+        refuse=refuse_target,
     ),
     Stage(
         "surface",
@@ -141,11 +153,19 @@ STAGES = (
         surface_stage,
     ),
     Stage(
+        "uncertainty",
+        (),
+        (*_SCENE, "glue/study/uncertainty/*.py", "glue/study/tradeoff/*", "glue/theory/avrami.py", "glue/target/strength.py"),
+        (),
+        uncertainty_stage,
+        uses=("dimple", "flow", "coverage", "target", "surface"),
+    ),
+    Stage(
         "report",
         (),
         ("glue/report/*.py", "glue/study/rows.py"),
         ("figures", "report.html"),
         report_stage,
-        uses=("dimple", "flow", "coverage", "target", "surface"),
+        uses=("dimple", "flow", "coverage", "target", "surface", "uncertainty"),
     ),
 )

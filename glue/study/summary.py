@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 from glue.study.manifest import read_manifest
-from glue.study.rows import ROWS, shown
+from glue.study.rows import ROWS, interval, shown
 from glue.study.rundir import METRICS, STAGE_ORDER
 
 
@@ -22,7 +22,7 @@ def summary(path: Path) -> str:
             lines += [
                 "",
                 title,
-                *(_line(metrics[section], *row) for row in rows if row[0] in metrics[section]),
+                *(_line(metrics, section, *row) for row in rows if row[0] in metrics[section]),
             ]
     chosen = choices_made(manifest, metrics)
     lines += ["", "Models", *(f"  {stage:<42}{c['model']}: {c['why']}" for stage, c in chosen.items())]
@@ -43,8 +43,9 @@ def choices_made(manifest: dict, metrics: dict) -> dict:
     return chosen | {"flow": {"model": flow["model"], "why": flow["why"]}}
 
 
-def _line(values: dict, key: str, label: str, factor: float | None, unit: str, digits: int) -> str:
-    return f"  {label:<42}{shown(values, key, factor, unit, digits)}"
+def _line(metrics: dict, section: str, key: str, label: str, factor: float | None, unit: str, digits: int) -> str:
+    value = shown(metrics[section], key, factor, unit, digits)
+    return f"  {label:<42}{value}{interval(metrics, section, key, factor, unit, digits)}"
 
 
 def _costs(stages: dict) -> list[str]:

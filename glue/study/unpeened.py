@@ -8,7 +8,8 @@ from glue.scene.model import Scene
 from glue.target.dimple import Dimple
 
 # What a model reports of itself in metrics.json.
-_PATCH = ("exposure", "window_exposure", "neglected_energy_share", "balance_error", "Sa_m", "dofs")
+_PATCH = ("exposure", "window_exposure", "neglected_energy_share", "unresolved_energy_share", "balance_error", "dofs",
+          "Sa_m", "Sq_m", "Sz_m", "Ssk", "surface_side_m", "surface_remark", "patches", "unresolved_impacts")  # fmt: skip
 _OWN = {
     "cell": (*_PATCH, "nominal_depth_error", "nominal_force_error"),
     "contact": (*_PATCH, "strain", "restitution_mean", "restitution_flow_mean", "restitution_fresh", "restitution_flow_fresh"),

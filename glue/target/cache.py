@@ -10,8 +10,9 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
+from glue.atomic import write_text_atomic
 from glue.errors import InputError
-from glue.solvers import repo_root
+from glue.solvers import repo_root, versions
 
 
 def cache_root() -> Path:
@@ -67,3 +68,23 @@ def cached_folder(kind: str, key: str, make: Callable[[Path], None]) -> tuple[Pa
             raise
         shutil.rmtree(scratch, ignore_errors=True)
     return final, False
+
+
+def finished_key(driver: str, sources: tuple[str, ...]) -> str:
+    """Hash of all that decides the tables of a FreeFEM run: its driver's text, the ``sources`` it includes, the solver."""
+    return content_key({"driver": driver, "freefem": versions()["freefem"]["package"]}, sources)
+
+
+def is_finished(folder: Path, key: str) -> bool:
+    """Did a run of this key end well in ``folder``, and are its tables still there?"""
+    try:
+        lines = (folder / "finished").read_text().splitlines()
+    except OSError:
+        return False
+    return lines[:1] == [key] and all((folder / name).is_file() for name in lines[1:])
+
+
+def mark_finished(folder: Path, key: str) -> None:
+    """Note that the run of this key ended well; call when its results have been read and checked."""
+    names = sorted(p.name for p in folder.iterdir() if p.suffix in (".csv", ".edp"))
+    write_text_atomic(folder / "finished", "\n".join([key, *names]) + "\n")

@@ -26,10 +26,10 @@ from glue.errors import InputError, NotConverged
 from glue.scene.laws import CombinedHardening, HardeningTable, JohnsonCook, Material
 from glue.solvers import run_freefem, versions
 from glue.target.block import Block, available_GB, make_block, refuse_too_large
-from glue.target.cache import cache_root, content_key
+from glue.target.cache import cache_root, content_key, finished_key, is_finished, mark_finished
 from glue.target.dimple import Dimple
 from glue.target.driver import LAW_COMMENT, Parameter, law_table, write_driver
-from glue.target.patch import Patch, choose_patch, contact_radii_m
+from glue.target.patch import Patch, choose_patch, contact_radii_m, refuse_outside, refuse_too_long, unresolved
 from glue.target.progress import relay
 from glue.target.tables import read_table
 
@@ -42,10 +42,12 @@ UNBALANCED_LIMIT = 0.01  # forces left in the unloaded block over the impact's p
 # 0 in a free block; further down the clamped sides carry some of it.
 BALANCE_LIMIT, BALANCE_DEPTH = 0.05, 4.0
 MEMORY_LIMIT_GB = 3.0
+SECONDS_PER_IMPACT = 8.0  # where impacts overlap little
 # Dimple areas over the patch's, up to which the block is solved at finite strain unless told: 1.2 took 11 impacts without
 # a rezoning on 1.56 mm2, 2.4 was the farthest any run came.
 FINITE_STRAIN_EXPOSURE = 1.5
 
+_RUN_SOURCES = ("freefem/contact.edp", "freefem/lib/*", "freefem/plugin/*")
 _SOURCES = ("freefem/lib/mesh_block.idp", "freefem/lib/solid_block.idp", "freefem/lib/contact_block.idp", "freefem/plugin/*")
 
 
@@ -82,9 +84,6 @@ class ContactResult:
     sigma_yy_std_Pa: np.ndarray
     peeq: np.ndarray
     peeq_std: np.ndarray
-    # (n,) in-plane stress summed over each whole layer of the block, over the patch's area.  Clamped sides leave no mean
-    # strain, so this is what the same impacts would leave in an evenly peened part as long as few overlap: none is cut off.
-    sigma_of_all_Pa: np.ndarray
     balance_error: float  # see BALANCE_LIMIT
     surface_x_m: np.ndarray  # (m,) nodes of the measured square where they lie now, origin in its middle
     surface_y_m: np.ndarray
@@ -98,6 +97,20 @@ class ContactResult:
     dofs: int
     setup_s: float
     wall_s: float
+    unresolved_impacts: int = 0  # whose dimples are finer than the mesh, see glue.target.patch.unresolved
+    unresolved_energy_share: float = 0.0
+
+
+def patch_side_m(dimple: Dimple, window_m: tuple[float, float], numerics: ContactNumerics) -> float:
+    """Side [m] of the patch whose impacts are solved, shrunk to the window; InputError where nothing is left to measure."""
+    side = min(numerics.side_in_radii * dimple.radius_m, *window_m)
+    if side <= (2 * numerics.margin_in_radii + 1.0) * dimple.radius_m:
+        raise InputError(
+            f"target.window_m: a patch of {side:.3g} m leaves no square inside its margins of {numerics.margin_in_radii:g} "
+            f"dimple radii ({dimple.radius_m:.3g} m) to measure; allowed: windows above "
+            f"{(2 * numerics.margin_in_radii + 1.0) * dimple.radius_m:.3g} m"
+        )
+    return side
 
 
 def solve_contact(
@@ -111,24 +124,23 @@ def solve_contact(
     snapshots: Sequence[int] = (),
     numerics: ContactNumerics = ContactNumerics(),  # noqa: B008 - frozen
     memory_limit_GB: float = MEMORY_LIMIT_GB,
+    patch: Patch | None = None,
+    resume: bool = False,
     title: str = "",
     progress: Callable[[float, str], None] | None = None,
 ) -> list[ContactResult]:
     """Residual stress and surface under the logged ``impacts`` of one patch of the window (shrunk to the window), after
     each of ``snapshots`` impacts (rising; those beyond the patch's impacts are left out) and after all of them.
 
-    law: the material's combined one when None.  Writes driver, log, tables and a checkpoint into ``workdir``; a run that
-    was stopped goes on after its last whole impact when called again with the same inputs.
-    Raises InputError (window or memory too small, no impact), SolverFailed, NotConverged.
+    law: the material's combined one when None.  patch: one of side ``patch_side_m`` chosen before.  resume: tables that a
+    run of the same inputs finished in ``workdir`` are read, nothing is run.  Writes driver, log, tables and a checkpoint into
+    ``workdir``; a run that was stopped goes on after its last whole impact when called again with the same inputs.
+    Raises InputError (window or memory too small, no impact, one outside the patch, too many), SolverFailed, NotConverged.
     """
-    side = min(numerics.side_in_radii * dimple.radius_m, *window_m)
-    if side <= (2 * numerics.margin_in_radii + 1.0) * dimple.radius_m:
-        raise InputError(
-            f"target.window_m: a patch of {side:.3g} m leaves no square inside its margins of {numerics.margin_in_radii:g} "
-            f"dimple radii ({dimple.radius_m:.3g} m) to measure; allowed: windows above "
-            f"{(2 * numerics.margin_in_radii + 1.0) * dimple.radius_m:.3g} m"
-        )
-    patch = choose_patch(impacts, dimple, window_m, side)
+    side = patch_side_m(dimple, window_m, numerics)
+    patch = choose_patch(impacts, dimple, window_m, side) if patch is None else patch
+    refuse_outside(patch, side)
+    refuse_too_long(len(patch.x_m), SECONDS_PER_IMPACT, "target = contact")
     radius = dimple.radius_m * 1e3
     block = make_block(radius, side * 1e3, numerics.elements_per_radius)
     if numerics.finite_strain is None:
@@ -140,11 +152,21 @@ def solve_contact(
     text = contact_driver(title or material.key, table, numerics, dimple, block, patch, reach, counts)
     workdir.mkdir(parents=True, exist_ok=True)
     driver = workdir / "driver.edp"
+    key = finished_key(text, _RUN_SOURCES) if resume else ""
+    faint = unresolved(patch, dimple, 1e-3 * block.spacing)
+
+    def read(count: int) -> ContactResult:
+        energy = patch.energy_J[:count]
+        return replace(read_contact(workdir, block, patch, numerics, radius, count), unresolved_impacts=int(faint[:count].sum()),
+                       unresolved_energy_share=float(energy[faint[:count]].sum() / energy.sum()))  # fmt: skip
+
+    if resume and is_finished(workdir, key):
+        return [read(count) for count in counts]
+    shared, own = _shared_compliance(block, numerics, table[1]), workdir / "compliance.bin"
     if not driver.exists() or driver.read_text() != text:
-        (workdir / "checkpoint").unlink(missing_ok=True)  # of other inputs
+        for left in (workdir / "checkpoint", own):  # of other inputs
+            left.unlink(missing_ok=True)
         driver.write_text(text)
-    shared = _shared_compliance(block, numerics, table[1])
-    own = workdir / "compliance.bin"
     if shared.exists() and not own.exists():
         shutil.copyfile(shared, own)
     run_freefem(driver, cwd=workdir, log=workdir / "freefem.log", status=workdir / "status", on_line=relay(progress))
@@ -152,10 +174,12 @@ def solve_contact(
         with atomic_path(shared) as part:
             shutil.copyfile(own, part)
     own.unlink()
-    results = [read_contact(workdir, block, patch, numerics, radius, count) for count in counts]
+    results = [read(count) for count in counts]
     for result in results:
         check(result, workdir / "freefem.log")
     (workdir / "checkpoint").unlink(missing_ok=True)
+    if resume:
+        mark_finished(workdir, key)
     return results
 
 
@@ -252,7 +276,7 @@ def read_contact(
         depth_m=0.5e-3 * (block.bounds[:-1] + block.bounds[1:]),
         sigma_xx_Pa=mean("s_xx") * 1e6, sigma_yy_Pa=mean("s_yy") * 1e6,
         sigma_xx_std_Pa=spread("s_xx") * 1e6, sigma_yy_std_Pa=spread("s_yy") * 1e6,
-        peeq=mean("peeq"), peeq_std=spread("peeq"), sigma_of_all_Pa=along / block.side**2 * 1e6,
+        peeq=mean("peeq"), peeq_std=spread("peeq"),
         balance_error=float(np.abs(vertical[shallow]).max() / np.abs(along).max()),
         surface_x_m=x[seen] * 1e-3, surface_y_m=y[seen] * 1e-3, surface_z_m=z[seen] * 1e-3,
         history={k: v[:count] for k, v in read_table(workdir / "impacts_done.csv").items()}, patch=patch, measured_side_m=2e-3 * half, floor_m=1e-3 * float(block.bounds[-1]),

@@ -20,9 +20,10 @@ from scipy.interpolate import LinearNDInterpolator
 from glue.atomic import atomic_path
 from glue.errors import InputError, NotConverged
 from glue.scene.model import Material
-from glue.target.physics import ImpactPhysics
-from glue.target.reduced_impact import ReducedImpact, copy_record
+from glue.target.physics import FIRST_YIELD, ImpactPhysics
+from glue.target.reduced_impact import Numerics, ReducedImpact, copy_record
 from glue.target.speeds import Curve, outside, solve_speeds
+from glue.theory import hertz
 
 STRESS_DISC = (
     0.44  # layer stresses are means over a disc of this many dimple radii (r < .1 mm of the reference)
@@ -145,6 +146,7 @@ def solve_dimple(
     diameter_m: float,
     elements_per_radius: int,
     workdir: Path,
+    steps_per_contact: float = Numerics.steps_per_contact,
     other_speeds_m_s: Sequence[float] = (),
     physics: ImpactPhysics = ImpactPhysics(),  # noqa: B008 - frozen
     jobs: int | None = None,
@@ -159,7 +161,7 @@ def solve_dimple(
     speeds = sorted({float(speed_m_s), *(float(v) for v in other_speeds_m_s or (0.5 * speed_m_s,))})
     runs = solve_speeds(
         material, speeds, density_kg_m3=density_kg_m3, elements_per_radius=elements_per_radius, physics=physics,
-        jobs=jobs, progress=progress,
+        numerics=Numerics(steps_per_contact=steps_per_contact), jobs=jobs, progress=progress,
     )  # fmt: skip
     nominal = runs[speeds.index(float(speed_m_s))]
     for speed, run in zip(speeds, runs, strict=True):
@@ -180,11 +182,14 @@ def tabulated(
     for speed, run in runs.items():
         try:
             table.append((speed, zero_height_radius(run), run.restitution))
-        except NotConverged:
+        except NotConverged as problem:
             if speed >= speed_m_s:  # one that is slower and only springs is no failure, this one's would be
-                raise
+                raise _no_dimple(problem, material, density_kg_m3) from None
     if len(table) < 2:
-        zero_height_radius(next(iter(runs.values())))  # raises: the speeds beside it leave no dimple
+        try:
+            zero_height_radius(next(iter(runs.values())))  # raises: the speeds beside it leave no dimple
+        except NotConverged as problem:
+            raise _no_dimple(problem, material, density_kg_m3) from None
     speed, radius, e = (np.array(column) for column in zip(*table, strict=True))
     here = int(np.flatnonzero(speed == speed_m_s)[0])
     slower, faster = (here - 1, here) if here else (0, 1)
@@ -202,6 +207,22 @@ def tabulated(
         largest_size_ratio=ratio,
         centre_pressure_Pa=nominal.centre_pressure * 1e6, mean_pressure_Pa=nominal.mean_pressure * 1e6,
     )  # fmt: skip
+
+
+def first_yield_speed_m_s(material: Material, density_kg_m3: float) -> float:
+    """Normal speed at which a rigid shot first makes ``material`` yield: Hertz's largest pressure, which goes by v^(2/5),
+    at FIRST_YIELD times the yield stress."""
+    modulus = hertz.effective_modulus_Pa(material.E_Pa, material.nu)
+    at_one = hertz.impact(1.0, density_kg_m3, 1.0, modulus).peak_pressure_Pa
+    return (FIRST_YIELD * material.single_law.flow_stress_Pa(0.0) / at_one) ** 2.5
+
+
+def _no_dimple(problem: NotConverged, material: Material, density_kg_m3: float) -> NotConverged:
+    """``problem`` with the speed from which on there can be a dimple."""
+    least = first_yield_speed_m_s(material, density_kg_m3)
+    return NotConverged(problem.what, cause=problem.cause, log=problem.log,
+                        advice=f"{problem.advice}; nothing yields below about {least:.3g} m/s, a dent with an edge takes a "
+                        "few times that")  # fmt: skip
 
 
 def to_si(

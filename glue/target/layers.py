@@ -176,7 +176,7 @@ def layer_profile(
     refuse_unbounded(law)
     radii_m = np.asarray(radii_m, dtype=float)
     if not (radii_m.size and (radii_m > 0.0).all()):
-        raise InputError("target = layers: no impact in the window that leaves a dimple; a longer exposure_time_s is needed")
+        raise InputError("target = layers: no impact in the window that leaves a dimple (at least 1): a longer exposure_time_s is needed")
     sizes, areas, ratio = _classes(radii_m, np.broadcast_to(work_ratio, radii_m.shape))
     weight = areas / area_m2
     exposure, floor = float(weight.sum()), CELL_DEPTH_IN_RADII * float(sizes.max())

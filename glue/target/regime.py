@@ -24,6 +24,10 @@ from glue.theory import hertz
 from glue.theory.impact_scale import CONTACT_OVER_LOADING, REPRESENTATIVE_STRAIN, expected_impact
 from glue.theory.radiation import expected_share, restitution_with_waves
 
+# Numbers up to which a piece changes e by no more than TOLERANCE, as swept (make thresholds): they are off by what the
+# closed forms are off.
+THRESHOLDS = {"strain_rate": 0.05, "target_inertia": 0.012, "elastic_shot": 0.02}
+TABOR = 0.2  # representative strain of an indentation over a/R
 TOLERANCE = 0.02  # relative change of e beyond which "auto" is on: physics, so the same for every preset
 
 
@@ -69,10 +73,26 @@ def elastic_shot_number(material: Material, shots: Shots) -> float:
     return math.sqrt(hertz.effective_modulus_Pa(material.E_Pa, material.nu) / both) - 1.0
 
 
+def heat_number(material: Material, shots: Shots, normal_speed_m_s: float) -> float:
+    """Relative fall of e by plastic heating at Tabor's strain .2 a/R: Y falls by ((T - T0)/(Tm - T0))^m, e by (2).
+
+    The temperature is that of the plastic work up to that strain, kept where it was made; 0 where the material's law has
+    no melting point, specific heat or exponent.
+    """
+    law = material.single_law
+    if not all(getattr(law, key, None) for key in ("m", "melting_K", "specific_heat_J_kg_K")):
+        return 0.0
+    flow_stress = law.flow_stress_Pa(REPRESENTATIVE_STRAIN)
+    scale = expected_impact(material.E_Pa * 1e-6, material.nu, flow_stress * 1e-6, shots.density_kg_m3 * 1e-6, normal_speed_m_s)
+    heat = law.taylor_quinney * flow_stress * TABOR * scale.radius
+    warmer = heat / (material.density_kg_m3 * law.specific_heat_J_kg_K * (law.melting_K - law.reference_K))
+    return 1.0 - (1.0 - min(warmer**law.m, 1.0)) ** 0.625
+
+
 def impact_physics(scene: Scene, shots: Shots, normal_speed_m_s: float) -> ImpactChoices:
     """The scene's blocks of impact physics decided for the mean shot of ``shots`` at ``normal_speed_m_s``.
 
-    "auto" is on where its number exceeds TOLERANCE; a block that the scene states stays.
+    "auto" is on where its number exceeds THRESHOLDS; a block that the scene states stays.
     """
     material = scene.target.material
     numbers = {
@@ -87,8 +107,9 @@ def impact_physics(scene: Scene, shots: Shots, normal_speed_m_s: float) -> Impac
         if asked is None:
             continue
         value = number()
-        on[block] = value > TOLERANCE if asked.auto else True
-        rule = f"{'above' if on[block] else 'within'} {TOLERANCE:g}" if asked.auto else "the scene asks for it"
+        limit = THRESHOLDS[block]
+        on[block] = value > limit if asked.auto else True
+        rule = f"{'above' if on[block] else 'within'} {limit:g}" if asked.auto else "the scene asks for it"
         choices[block] = Choice(
             "on" if on[block] else "off", f"changes the restitution by about {value:.2g} of itself ({rule})"
         )

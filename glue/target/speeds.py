@@ -14,7 +14,7 @@ from scipy.interpolate import PchipInterpolator
 from glue.errors import InputError, PeenError
 from glue.scene.model import Material
 from glue.target.physics import ImpactPhysics
-from glue.target.reduced_impact import ReducedImpact, solve_reduced
+from glue.target.reduced_impact import Numerics, ReducedImpact, solve_reduced
 
 SMOOTHED_FROM = 8  # points; a solved value scatters with where its mesh's nodes fall (a/6: radius .4 %, e 1 %)
 _POLL_S = 0.2
@@ -37,6 +37,7 @@ def solve_speeds(
     density_kg_m3: float,
     elements_per_radius: int,
     physics: ImpactPhysics = ImpactPhysics(),  # noqa: B008 - frozen
+    numerics: Numerics = Numerics(),  # noqa: B008 - frozen
     jobs: int | None = None,
     progress: Callable[[float, str], None] | None = None,
 ) -> list[ReducedImpact]:
@@ -57,7 +58,7 @@ def solve_speeds(
         try:
             found = solve_reduced(
                 material, material.single_law, speed_m_s=speed, density_kg_m3=density_kg_m3,
-                elements_per_radius=elements_per_radius, physics=physics, progress=tell,
+                elements_per_radius=elements_per_radius, physics=physics, numerics=numerics, progress=tell,
             )  # fmt: skip
         except PeenError as problem:
             problem.add_note(f"in the impact on {material.key} at {speed:g} m/s")

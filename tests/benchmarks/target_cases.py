@@ -80,7 +80,7 @@ def cell(folder: Path, seed: int, exposures, *, law=None, preset: str = "balance
     counts = [count_for(e, side) for e in exposures]
     log = chance_log(side, counts[-1], seed)
     table = law_table(target.E_Pa, target.nu, law or target.combined)
-    return run_cell("benchmark", table, accuracy, dimple(), patch_of(log, side, exposures[-1]), side, folder, snapshots=counts)
+    return run_cell("benchmark", table, accuracy, dimple(), patch_of(log, side, exposures[-1]), side, folder, snapshots=counts, resume=True)
 
 
 def in_plane(result) -> np.ndarray:

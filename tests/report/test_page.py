@@ -12,6 +12,7 @@ import pytest
 
 from glue.errors import InputError
 from glue.flow.impacts import COLUMNS, write_impacts
+from glue.flow.arrivals import scene_hash
 from glue.report.page import page, scene_rows, write_report
 from glue.scene.reader import example_path, read_scene
 from glue.target.dimple import Dimple
@@ -117,7 +118,7 @@ def run(tmp_path):
     impacts["diameter_m"], impacts["vz_in_m_s"] = 1e-3, -60.0
     impacts["density_kg_m3"], impacts["nz"] = 7800.0, 1.0
     (tmp_path / "flow").mkdir(exist_ok=True)
-    write_impacts(tmp_path / "flow" / "impacts.csv", impacts, {"scene_hash": "0", "model": "none"})
+    write_impacts(tmp_path / "flow" / "impacts.csv", impacts, {"scene_hash": scene_hash(read_scene(example_path("al2024-s390")))})
     (tmp_path / "coverage.csv").write_text("time_s,coverage,avrami\n0,0,0\n1.5,0.4,0.5\n3,0.99,0.98\n")
     (tmp_path / "stress_profile.csv").write_text(
         "depth_m,sigma_xx_Pa,sigma_yy_Pa,peeq,sigma_xx_std_Pa,sigma_yy_std_Pa\n"

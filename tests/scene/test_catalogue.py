@@ -175,10 +175,12 @@ def test_worst_grade_runs_from_derived_to_unverified():
 
 
 def test_presets():
-    """dt/P, elements per radius, cell side, elements, load steps and tolerance, raster points, stamp points."""
+    """dt/P, elements per radius, steps per contact, speeds, cell side, elements, load steps and tolerance, raster points, stamp points."""
     fields = (
         "flow_dt_over_P",
         "dimple_elements_per_radius",
+        "dimple_steps_per_contact",
+        "dimple_speeds",
         "cell_side_in_radii",
         "cell_elements_per_side",
         "cell_load_steps",
@@ -187,8 +189,8 @@ def test_presets():
         "stamp_points_per_radius",
     )
     assert {name: tuple(getattr(p, f) for f in fields) for name, p in PRESETS.items()} == {
-        "fast": (1.0, 3, 4.0, 6, 2, 2e-2, 12.0, 12.0),
-        "balanced": (1.0, 6, 4.8, 7, 3, 1e-2, 20.0, 16.0),
-        "reference": (0.3, 12, 6.4, 10, 6, 2e-3, 40.0, 24.0),
+        "fast": (1.0, 3, 90.0, 3, 4.0, 6, 2, 2e-2, 12.0, 12.0),
+        "balanced": (1.0, 6, 90.0, 5, 4.8, 7, 3, 1e-2, 20.0, 16.0),
+        "reference": (0.3, 12, 90.0, 9, 6.4, 10, 6, 2e-3, 40.0, 24.0),
     }
     assert all(p.preset == name for name, p in PRESETS.items())

@@ -57,6 +57,7 @@ def test_the_shortest_scene_and_its_printed_defaults(write_scene):
         'models.dimple = "auto" (the models that this version has)',
         'models.target = "auto" (the layer model at preset fast, else the periodic cell)',
         'accuracy.preset = "balanced" (choice of this project)',
+        "accuracy.target_patches = 1 (one patch of the window stands for all; choice of this project)",
     )
 
 
@@ -153,7 +154,7 @@ def test_presets_change_numerics_and_the_target_left_to_auto_only(preset, write_
     assert read_scene(write_scene({"accuracy.preset": '"fast"'}), preset=preset) == by_file
     given = read_scene(write_scene({"accuracy": "{}"}), preset=preset)
     assert given == by_file
-    assert not any(line.startswith("accuracy") for line in given.defaults_used)  # it was not a default
+    assert not any(line.startswith("accuracy.preset") for line in given.defaults_used)  # it was not a default
 
 
 def test_a_wrong_preset_argument_is_named_as_such(problems_of):
@@ -298,3 +299,18 @@ def test_a_plate_thinner_than_the_peened_layer_is_refused(problems_of):
         "target.thickness_m: 0.0005 m is thinner than the peened layer of 3 dimple radii (about 0.000226778 m "
         "each, estimate); allowed from 0.000680335 m up, or no thickness"
     )
+
+
+def test_a_preset_number_stated_in_the_file_holds_with_any_preset(write_scene):
+    stated = write_scene({"accuracy": '{preset = "fast", cell_load_steps = 5}'})
+    for preset in (None, "balanced"):
+        expected = dataclasses.replace(PRESETS[preset or "fast"], cell_load_steps=5)
+        assert read_scene(stated, preset=preset).accuracy == expected
+
+
+def test_preset_numbers_out_of_range_are_refused(problems_of):
+    found = problems_of({"accuracy": "{cell_load_steps = 0, flow_dt_over_P = 13.0}"})
+    assert found == [
+        "accuracy.flow_dt_over_P: 13.0 is out of range; allowed 0.01..12",
+        "accuracy.cell_load_steps: 0 is out of range; allowed 1..40",
+    ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from glue.scene.catalogue import material_keys, shot_grades
+from glue.scene.schema import ACCURACY
 
 TOP_KEYS = (
     "schema, name, seed, exposure_time_s, arrivals, coverage_percent, shots, nozzle, target, restitution, friction, gravity, "
@@ -130,7 +131,9 @@ UNKNOWN = {
     ("friction.shotshot", "0.4"): 'unknown key; did you mean "shot_shot"? allowed: shot_target, shot_shot, '
     "in_dimple",
     ("models.flows", '"auto"'): 'unknown key; did you mean "flow"? allowed: flow, dimple, target',
-    ("accuracy.prest", '"fast"'): 'unknown key; did you mean "preset"? allowed: preset',
+    ("accuracy.prest", '"fast"'): 'unknown key; did you mean "preset"? allowed: ' + ", ".join(ACCURACY),
+    ("accuracy.target_patches", "0"): "0 is out of range; allowed 1..64",
+    ("accuracy.target_patches", "2.5"): "must be a whole number, not the number 2.5; allowed 1..64",
     ("accuracy.preset", '"Fast"'): 'unknown value "Fast"; did you mean "fast"? '
     'allowed "fast", "balanced", "reference"',
     ("models.target", '"cel"'): 'unknown value "cel"; did you mean "cell"? allowed "auto", "layers", "cell", "contact"',

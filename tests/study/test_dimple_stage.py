@@ -13,7 +13,8 @@ from glue.scene import catalogue
 from glue.scene.laws import HardeningTable
 from glue.scene.model import StrainRate, Switch
 from glue.scene.reader import example_path, read_scene
-from glue.study.dimple_stage import SPEEDS, dimple_metrics, law_text, other_speeds, refuse_dimple
+from glue.scene.presets import PRESETS
+from glue.study.dimple_stage import dimple_metrics, law_text, other_speeds, refuse_dimple
 from glue.study.pipeline import choices
 from glue.study.single import dimple_library, formulas_table, formulas_text, library_text
 from glue.target.library import Library
@@ -33,10 +34,10 @@ def with_medium(scene, **changes):
     return dataclasses.replace(scene, media=(*scene.media, dataclasses.replace(scene.shots, mass_fraction=0.5, **changes)))
 
 
-@pytest.mark.parametrize("preset", SPEEDS)
+@pytest.mark.parametrize("preset", PRESETS)
 def test_speeds_halve_or_so_down_to_a_sixteenth(preset):
     speeds = other_speeds(read_scene(example_path("al2024-s390"), preset=preset))
-    assert len(speeds) == SPEEDS[preset] - 1 and speeds[0] == 3.75 and max(speeds) < 60.0
+    assert len(speeds) == PRESETS[preset].dimple_speeds - 1 and speeds[0] == 3.75 and max(speeds) < 60.0
     np.testing.assert_allclose(np.diff(np.log([*speeds, 60.0])), np.log(16.0) / len(speeds), rtol=1e-8)
 
 

@@ -12,7 +12,7 @@ import pytest
 from glue.errors import InputError
 from glue.flow.impacts import COLUMNS
 from glue.scene.reader import example_path, read_scene
-from glue.study import coverage_stage, flow_stage, stages, target_stage
+from glue.study import coverage_stage, flow_stage, stages, target_patches, target_stage
 from glue.study.check import check
 from glue.study.check_text import check_text
 from glue.study.stage import Work
@@ -118,16 +118,19 @@ def test_an_unpeened_target_reports_what_a_peened_one_does(work, monkeypatch):
     layers = {name: np.linspace(-3.0, 1.0, 5) for name in ("sigma_xx_Pa", "sigma_yy_Pa", "sigma_xx_std_Pa")}
     layers |= {name: np.ones(5) for name in ("sigma_yy_std_Pa", "peeq", "peeq_std")}
     patch = SimpleNamespace(exposure=1.0, window_exposure=1.0, neglected_energy_share=0.0)
+    rough = {"Sa_m": 1e-6, "Sq_m": 1e-6, "Sz_m": 1e-6, "Ssk": 0.0, "surface_side_m": 1e-3, "surface_remark": ""}
     cell = SimpleNamespace(
         depth_m=np.linspace(0.5e-4, 4.5e-4, 5), **layers, patch=patch, impacts=1, coverage_peeq=0.5,
         coverage_peeq_027=0.5, edge_threshold=0.1, balance_error=0.0, nominal_depth_error=0.0, nominal_force_error=0.0, dofs=9, wall_s=1.0,
-        surface_z_m=np.zeros(4), floor_m=1e-3,
+        floor_m=1e-3, unresolved_impacts=0, unresolved_energy_share=0.0,
     )  # fmt: skip
     monkeypatch.setattr(target_stage, "ready_kernels", lambda: None)
-    monkeypatch.setattr(target_stage, "solve_cell", lambda *args: cell)
+    monkeypatch.setattr(target_stage, "cell_patches", lambda *args: [patch])
+    monkeypatch.setattr(target_stage, "solve_patch", lambda *args, resume: cell)
+    monkeypatch.setattr(target_patches, "write_outputs", lambda folder, result: (rough, ["fields.vtu"]))
     peened, files = stages.target_stage(work([(0.5, 0.0)]))
     unpeened, _ = stages.target_stage(work([]))
-    assert files == ["stress_profile.csv", "target/driver.edp"]
+    assert files == ["stress_profile.csv", "target/driver.edp", "target/fields.vtu"]
 
     def keys(metrics):
         return {s: {k for k in v if not k.endswith("_reason") and k != "warning"} for s, v in metrics.items()}

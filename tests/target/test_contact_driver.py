@@ -110,7 +110,7 @@ def test_expected_radii():
 def sound() -> ContactResult:
     layer, history = np.zeros(2), {"impact": [0.0, 1.0], "energy_mJ": [7.0, 7.0], "work_mJ": [7.0, 7.01], "back_mJ": [0.8, 0.8],
                                    "work_inside_mJ": [6.1, 6.1], "unbalanced_N": [0.5, 0.5], "peak_force_N": [260.0, 260.0]}  # fmt: skip
-    return ContactResult(layer, layer, layer, layer, layer, layer, layer, layer, 0.01, layer, layer, layer,
+    return ContactResult(layer, layer, layer, layer, layer, layer, layer, 0.01, layer, layer, layer,
                          {k: np.array(v) for k, v in history.items()}, patch(), 1e-3, 1e-3, 2, True, 10, 1.0, 1.0)  # fmt: skip
 
 

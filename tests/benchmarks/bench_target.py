@@ -31,7 +31,7 @@ import target_cases as cases
 from target_extremes import extremes
 
 from glue.checkrows import Rows
-from glue.errors import InputError, PeenError
+from glue.errors import InputError, NotConverged, PeenError
 from glue.scene.laws import CombinedHardening, JohnsonCook
 from glue.solvers import build_plugin, repo_root
 from glue.surface.roughness import areal
@@ -137,7 +137,7 @@ def dense() -> dict:
     Impacts by chance.  A block is looked at when the square that it is measured over has the exposure wanted, at the lowest
     once its surroundings have been struck, too.
     """
-    found = {"finite": {}, "small": {}, "cells": [], "logs": {}, "exposure": {}, "finite_s": [], "cell_s": []}
+    found = {"failed": [], "finite": {}, "small": {}, "cells": [], "logs": {}, "exposure": {}, "seeds": {}, "finite_s": [], "cell_s": []}
     side = BLOCK_SIDE * cases.dimple().radius_m
     measured = side - 2 * DENSE.margin_in_radii * cases.dimple().radius_m
     for seed in SEEDS:
@@ -150,12 +150,17 @@ def dense() -> dict:
             if strain == "small" and seed != SEEDS[0]:
                 continue
             numerics = replace(DENSE, finite_strain=strain == "finite")
-            results = block(log[: counts[len(reach) - 1]], WORK / "target" / f"{strain}-{seed}", snapshots=counts, numerics=numerics)
+            try:
+                results = block(log[: counts[len(reach) - 1]], WORK / "target" / f"{strain}-{seed}", snapshots=counts, numerics=numerics)
+            except NotConverged as problem:
+                found["failed"].append(f"seed {seed}: {problem.cause}")
+                continue
             found[f"{strain}_s"] = found.get(f"{strain}_s", []) + list(results[-1].history["wall_s"])
             for c, count, result in zip(reach, counts, results, strict=False):
                 found[strain].setdefault(c, []).append(result)
                 found["exposure"].setdefault((strain, c), []).append(inside[count - 1])
-        found["setup"] = results[-1].setup_s if seed == SEEDS[0] else found["setup"]
+                found["seeds"].setdefault((strain, c), []).append(seed)
+            found["setup"] = max(found.get("setup", 0.0), results[-1].setup_s)
         found["cells"].append(cases.cell(WORK / "target" / f"cell-{seed}", seed, CELL_EXPOSURES))
         found["cell_s"].append(found["cells"][-1][-1].wall_s)
     found["memory_GB"] = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * 1024e-9
@@ -188,6 +193,7 @@ def overlap(rows: Rows) -> None:
         seconds = got[f"{strain}_s"]
         rows.below(f"block, {strain} strain: seconds per impact, median", statistics.median(seconds), 8.0,
                    f"largest {max(seconds):.1f}, {len(seconds)} impacts, {got['small'][COVERAGES[-1]][0].dofs} unknowns")  # fmt: skip
+    rows.true("block: finite strain comes to 69 % coverage with every seed", not got["failed"], "; ".join(got["failed"]))
     rows.below("block: set-up [s]", got["setup"], 30.0)
     rows.below("block: peak memory [GB]", got["memory_GB"], 3.0)
 
@@ -212,7 +218,7 @@ def surface(rows: Rows) -> None:
     for c in COVERAGES:
         strain = "finite" if c in FINITE_COVERAGES else "small"
         pairs = []
-        for seed, result in zip(SEEDS, got[strain][c], strict=False):
+        for seed, result in zip(got["seeds"][strain, c], got[strain][c], strict=True):
             half = 0.5 * result.measured_side_m
             grid = np.linspace(-half, half, 80)
             log = got["logs"][seed][: result.impacts]

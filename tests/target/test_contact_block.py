@@ -15,6 +15,7 @@ import pytest
 
 from glue.errors import NotConverged
 from glue.solvers import plugin_dir, repo_root, run_freefem
+from glue.solvers.blas import blas_environment
 from glue.target.driver import Parameter
 from glue.target.tables import read_table
 
@@ -133,7 +134,7 @@ def test_a_killed_run_goes_on_with_the_same_numbers(tmp_path):
     root = repo_root()
     env = {**os.environ, "FF_LOADPATH": f"{plugin_dir()};/usr/lib/freefem++",
            "FF_INCLUDEPATH": f"{root / 'freefem'};{root / 'freefem' / 'lib'}",
-           "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # as run_freefem: more threads round otherwise  # fmt: skip
+           "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", **blas_environment()}  # as run_freefem: others round otherwise  # fmt: skip
     process = subprocess.Popen(["FreeFem++", "-nw", "-ne", "-v", "0", str(path)], cwd=folder, env=env,
                                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)  # fmt: skip
     try:

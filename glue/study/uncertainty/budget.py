@@ -177,7 +177,7 @@ def _scale(metric: Metric, metrics: dict) -> float:
     if metric.section == "coverage" and metric.exposure == "coverage" or metric.key == "collided_fraction":
         return 1.0
     other = {"surface_Pa": "max_compressive_Pa", "max_compressive_depth_m": "tenth_depth_m"}.get(metric.key, metric.key)
-    return abs(own.get(other) or own[metric.key])
+    return abs(own.get(other) or own.get(metric.key) or 0.0)
 
 
 def _numerical(metric: Metric, by_mesh: dict, metrics: dict) -> float | None:

@@ -40,9 +40,9 @@ $(STAMP): pyproject.toml Makefile
 peen: plugin ## the main job: run a scene from nozzle to metrics [SCENE=al2024-s390 RUN=folder ACCURACY=fast|balanced|reference]
 	$(BIN)/peen run "$(SCENE)" $(if $(RUN),--out "$(RUN)") $(if $(ACCURACY),--accuracy "$(ACCURACY)")
 
-# A missing solver is a failure here, never a skip.
+# A missing solver is a failure here, never a skip.  On all cores; a file's tests stay together, they share what they solved.
 test: plugin ## all tests, those that run YADE and FreeFem++ included
-	PEEN_REQUIRE_SOLVERS=1 $(BIN)/python -m pytest
+	PEEN_REQUIRE_SOLVERS=1 $(BIN)/python -m pytest -n auto --dist loadfile
 
 plugin: setup ## compile the FreeFEM kernels into build/plugin (skipped when up to date)
 	@$(BIN)/python -c 'from glue.solvers import build_plugin; print("kernels:", build_plugin())'

@@ -16,7 +16,7 @@ SUDO     := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 export OMP_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-target bench-oblique bench-uncertainty bench-target-error tradeoff fit-collisions fit-layers extremes thresholds readme
+.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-target bench-oblique bench-uncertainty bench-target-error bench-intensity tradeoff fit-collisions fit-layers extremes thresholds readme
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -40,9 +40,9 @@ $(STAMP): pyproject.toml Makefile
 peen: plugin ## the main job: run a scene from nozzle to metrics [SCENE=al2024-s390 RUN=folder ACCURACY=fast|balanced|reference]
 	$(BIN)/peen run "$(SCENE)" $(if $(RUN),--out "$(RUN)") $(if $(ACCURACY),--accuracy "$(ACCURACY)")
 
-# A missing solver is a failure here, never a skip.
+# A missing solver is a failure here, never a skip.  On all cores; a file's tests stay together, they share what they solved.
 test: plugin ## all tests, those that run YADE and FreeFem++ included
-	PEEN_REQUIRE_SOLVERS=1 $(BIN)/python -m pytest
+	PEEN_REQUIRE_SOLVERS=1 $(BIN)/python -m pytest -n auto --dist loadfile
 
 plugin: setup ## compile the FreeFEM kernels into build/plugin (skipped when up to date)
 	@$(BIN)/python -c 'from glue.solvers import build_plugin; print("kernels:", build_plugin())'
@@ -90,6 +90,10 @@ bench-target-error: plugin ## error promised by peen run --target-error against 
 bench-oblique: plugin ## oblique impacts in three dimensions against the rule for their dimples (10 minutes)
 	@mkdir -p build/bench
 	$(BIN)/python tests/benchmarks/oblique.py --json build/bench/oblique.json
+
+bench-intensity: plugin ## Almen intensity: standards' numbers, round trips, a noisy machine, tables of thumb rules (10 minutes) [INTENSITY=--only NAME]
+	@mkdir -p build/bench
+	$(BIN)/python tests/benchmarks/bench_intensity.py --json build/bench/intensity.json $(INTENSITY)
 
 extremes: plugin ## the stability map: 500 cells far past normal use, each right, refused with the range, or red (half an hour; goes on where it was)
 	@mkdir -p build/extremes

@@ -41,6 +41,8 @@ _EXAMPLES = """examples:
   peen dimple --material al2024-t351 --speed 60  one impact
   peen tradeoff my.toml                          what each choice costs and how far off it is, on this scene
   peen dimple --material ti6al4v --speeds 1:120  a library of dimples over the speed
+  peen intensity --curve arcs.csv                Almen intensity of a measured saturation curve
+  peen intensity al2024-s390 --strip A           the same of a strip in the scene's jet, simulated
 
 exit codes: 0 done, 2 bad input, 3 a solver failed, 4 a solver did not converge, 130 stopped by Ctrl-C"""
 
@@ -157,19 +159,27 @@ def _parser() -> argparse.ArgumentParser:
     tradeoff.add_argument("--jobs", type=int, metavar="N", default=1, help="runs at a time (default %(default)s)")
     tradeoff.add_argument("--quick", action="store_true", help="two cheap groups: what chance and the raster do")
 
+    almen = add("intensity", _intensity, "Almen intensity from a saturation curve: a measured one, or a strip in a scene's jet")
+    almen.add_argument("scene", metavar="SCENE", nargs="?")
+    almen.add_argument("--curve", metavar="FILE.csv", type=Path, help="measured: exposure_min|_s|_passes, arc_height_in|_mm|_m; with SCENE: beside it")
+    almen.add_argument("--strip", metavar="N|A|C", help="Almen strip (default: the scene's intensity's, else A)")
+    almen.add_argument("--target", metavar="MODEL", default="layers", help="layers (milliseconds) or cell (minutes)")
+    almen.add_argument("--figure", metavar="FILE.png", type=Path, help="draw the saturation curve")
+    accuracy(almen)
+
     add("doctor", _doctor, "versions; do the plugins load, do both solvers answer; what to do when not")
     return parser
 
 
 def _check(args) -> int:
-    from glue.scene.reader import read_scene
     from glue.study.check import check
     from glue.study.check_text import check_text
     from glue.study.pipeline import find_scene
+    from glue.study.specify import read_specified
     from glue.study.tradeoff.choose import preset_block
 
     scene_file = find_scene(args.scene)
-    scene = read_scene(scene_file, preset=args.accuracy)
+    scene, _ = read_specified(scene_file, preset=args.accuracy, progress=Progress())
     if args.json:
         print(json.dumps(check(scene, scene_file) | {"preset_measured": preset_block(scene)}, indent=2))
     else:
@@ -252,6 +262,27 @@ def _tradeoff(args) -> int:
     else:
         print("\n\n".join(report.markdown(table, scene) for scene in table["scenes"]))
         print("\n".join(["", "Files", *(f"  {file}" for file in files)]))
+    return 0
+
+
+def _intensity(args) -> int:
+    from glue.study import intensity
+
+    result, found = intensity.intensity(
+        args.scene, args.curve, strip=args.strip, model=args.target, preset=args.accuracy, progress=Progress()
+    )
+    if args.figure is not None and found.problem is None:
+        from glue.report.saturation import saturation_plot  # here: loads matplotlib
+
+        measured = result.get("measured")
+        saturation_plot(
+            args.figure, found, unit=result["exposure_unit"], title=intensity.title(result),
+            measured=measured and (measured["exposure"], measured["arc_height_m"]),
+        )  # fmt: skip
+    print(json.dumps(result, indent=2) if args.json else intensity.intensity_text(result))
+    if found.problem:
+        _complain(f"{result.get('file') or result['scene']}: {found.problem}")
+        return InputError.exit_code
     return 0
 
 

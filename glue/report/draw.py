@@ -9,7 +9,9 @@ import numpy as np
 
 from glue.report import figures, section
 from glue.report.jets import jets_of
+from glue.scene.measured import beside
 from glue.scene.model import Scene
+from glue.study.measured import read_profile
 from glue.study.results import load_impacts
 from glue.surface.coverage import dimple_semi_axes
 from glue.target.dimple import Dimple
@@ -36,7 +38,7 @@ def draw_figures(run: Path, scene: Scene, complete: frozenset[str], metrics: dic
     if dimple is not None and "coverage" in complete:
         drawn.append(_coverage(out / "coverage.png", run, scene, dimple, metrics.get("coverage", {})))
     if "target" in complete:
-        drawn.append(_stress(out / "residual_stress.png", run, metrics.get("residual_stress")))
+        drawn.append(_stress(out / "residual_stress.png", run, scene, metrics.get("residual_stress")))
     if "surface" in complete:
         drawn.append(_height(out / "height_map.png", run, metrics.get("roughness")))
     if dimple is not None:
@@ -74,7 +76,7 @@ def _coverage(path, run, scene, dimple, metrics) -> Figure:
     return Figure(path, "Coverage against exposure time", text)
 
 
-def _stress(path, run, metrics) -> Figure:
+def _stress(path, run, scene, metrics) -> Figure:
     table = _columns(run / "stress_profile.csv")
     spread = {key: table[key] for key in ("sigma_xx_std_Pa", "sigma_yy_std_Pa") if key in table}
     figures.stress_plot(
@@ -84,10 +86,22 @@ def _stress(path, run, metrics) -> Figure:
         table["sigma_yy_Pa"],
         peeq=table["peeq"],
         marks=metrics,
+        measured=_measured(run, scene),
         **spread,
     )
     text = "Means over layers; the marked points belong to the mean of σxx and σyy. Tension is positive."
+    if metrics and metrics.get("over_measured_rms_Pa") is not None:
+        rms, mean = (1e-6 * metrics[f"over_measured_{key}_Pa"] for key in ("rms", "mean"))
+        text += f" Squares: measured; computed less measured is {mean:+.0f} MPa on average, {rms:.0f} MPa rms."
     return Figure(path, "Residual stress against depth", text)
+
+
+def _measured(run, scene):
+    """(depth, stress, sd) from the measured profile that the scene names, None without one."""
+    if scene.measured is None or not scene.measured.stress_file:
+        return None
+    path = beside(run / "scene.toml", scene.measured.stress_file)
+    return None if path is None else tuple(read_profile(path)[:3])
 
 
 def _height(path, run, metrics) -> Figure:

@@ -136,11 +136,12 @@ def stress_plot(
     sigma_yy_std_Pa=None,
     peeq=None,
     marks=None,
+    measured=None,
 ) -> Path:
     """Residual stress against depth (n,), its spread over position (+- 1 sd) and plastic strain beside it.
 
     marks: optional residual-stress metrics (see ``glue.surface.stress``) whose largest compression and sign
-    change are pointed at.
+    change are pointed at.  measured: optional (depth_m, stress_Pa, stress_sd_Pa or None), drawn as points.
     """
     depth = 1e3 * np.asarray(depth_m, dtype=float)
     marks = marks or {}
@@ -159,6 +160,13 @@ def stress_plot(
                 axes.fill_between(depth, stress - spread, stress + spread, color=colour, alpha=0.14, lw=0)
                 label += " (band: ± 1 sd over position)"
             axes.plot(depth, stress, color=colour, ls=line, label=label)
+        if measured is not None:
+            at, values, sd = (None if c is None else np.asarray(c, dtype=float) for c in measured)
+            bars = None if sd is None else 1e-6 * sd
+            axes.errorbar(
+                1e3 * at, 1e-6 * values, yerr=bars, fmt="s", ms=6, color="#202020", mec="white", lw=1.2, capsize=3, zorder=6,
+                label="measured" + ("" if sd is None else " (± 1 sd)"),
+            )  # fmt: skip
         low, where = marks.get("max_compressive_Pa"), marks.get("max_compressive_depth_m")
         if low is not None:
             _point(
@@ -175,6 +183,8 @@ def stress_plot(
         deepest = depth[-1]
         if peeq is not None and np.max(peeq) > 0:  # the rest of a thick plate is one straight line
             deepest = min(deepest, 2.0 * depth[np.flatnonzero(np.asarray(peeq) > 1e-3 * np.max(peeq))[-1]])
+        if measured is not None:
+            deepest = max(deepest, 1.03e3 * float(np.max(measured[0])))
         axes.set(xlabel="depth [mm]", ylabel="residual stress [MPa]", xlim=(0, deepest))
         axes.margins(y=0.1)
         handles, labels = axes.get_legend_handles_labels()

@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from glue.scene.catalogue import closest
+from glue.theory.almen import ALLOWED as INTENSITY_ALLOWED
+from glue.theory.almen import intensity_problem
 
 REQUIRED = object()  # default of a key that has none
 
@@ -31,6 +33,7 @@ UNITS: dict[str, tuple[str, tuple[tuple[str, float], ...]]] = {
     "K": ("in kelvin", ()),
     "J/kg/K": ("in joules per kilogram and kelvin", (("kJ/kg/K", 1e3),)),
     "": ("a plain number", ()),
+    "%": ("in per cent", (("a share of one", 100.0),)),
     "share": ("a share of one", (("%", 1e-2),)),
 }
 
@@ -193,6 +196,23 @@ class Text:
         return (
             None if re.fullmatch(self.pattern, value) else f"{quoted(value)} is no valid text; {self.allowed}"
         )
+
+    def convert(self, value: str) -> str:
+        return value
+
+
+@dataclass(frozen=True)
+class Almen:
+    """An Almen intensity as a drawing says it, such as "8A" or "6-8A"."""
+
+    default: object = REQUIRED
+    source: str = ""
+    allowed: str = INTENSITY_ALLOWED
+
+    def problem(self, value: object) -> str | None:
+        if not isinstance(value, str):
+            return f"must be a text in quotes, not {kind(value)}; {self.allowed}"
+        return intensity_problem(value)
 
     def convert(self, value: str) -> str:
         return value

@@ -12,6 +12,7 @@ import math
 from dataclasses import dataclass, field
 
 from glue.scene import sizes
+from glue.scene.asked import Machine, MachineCurve, MachineLaw, Measured, Specification  # noqa: F401 - their home
 from glue.scene.laws import CombinedHardening, HardeningTable, JohnsonCook, Material  # noqa: F401 - the laws' home
 
 
@@ -161,6 +162,8 @@ class Target:
     window_m: tuple[float, float]  # size in x and y, centred on the origin
     thickness_m: float | None = None  # of a free plate; None: too thick to stretch or bend
     surface: Surface = Surface()
+    initial_stress: tuple[tuple[float, float], ...] = ()  # (depth [m], in-plane stress [Pa]) before peening, depth rising
+    initial_roughness: tuple[float, float] | None = None  # (Sa, wavelength) [m] before peening
 
     @property
     def window_area_m2(self) -> float:
@@ -281,6 +284,9 @@ class Scene:
     strain_rate: StrainRate | None = None
     target_inertia: Switch | None = None
     elastic_shot: Switch | None = None
+    measured: Measured | None = None
+    specification: Specification | None = None
+    inferred: tuple[str, ...] = field(default=(), compare=False)  # what followed from it, with uncertainty, for printing
     defaults_used: tuple[str, ...] = field(default=(), compare=False)  # "key = value (source)" for printing
 
     @property

@@ -5,14 +5,20 @@ from __future__ import annotations
 from glue.scene import schema
 from glue.scene.fields import show
 from glue.scene.model import Feed, Nozzle, Pulse
+from glue.scene.specification import PROVISIONAL_SPEED_m_s, speed_key
 from glue.scene.table import Table
 
-_KEYS = (*schema.NOZZLE, *schema.JET, *schema.FEED, *schema.PULSE)
+_KEYS = (*schema.NOZZLE, *schema.SPECIFIED, *schema.SETTINGS, *schema.JET, *schema.FEED, *schema.PULSE)
 _REST = "feed_speed_m_s"
+_SPEED_FIELDS = {"speed_m_s": schema.NOZZLE["speed_m_s"], **schema.SPECIFIED, **schema.SETTINGS}
 
 
-def read_nozzles(top: Table, exposure_time_s: float | None) -> tuple[Nozzle, ...] | None:
+def read_nozzles(
+    top: Table, exposure_time_s: float | None, speeds_m_s: list[float] | None = None
+) -> tuple[Nozzle, ...] | None:
     """``[nozzle]``, or several ``[[nozzle]]``; None when any of them is refused.
+
+    ``speeds_m_s``: what was found for those that say no speed themselves (by nozzle), in place of a provisional one.
 
     ``exposure_time_s`` is the file's, None when it is refused or left out for the feed to say (:func:`feed_says`).
     """
@@ -24,7 +30,8 @@ def read_nozzles(top: Table, exposure_time_s: float | None) -> tuple[Nozzle, ...
             if "stroke_m" not in table and table.data.get(_REST, 0) != 0:
                 sentence = "missing, and required without exposure_time_s"
                 table.problem("stroke_m", f"{sentence}; {schema.FEED['stroke_m'].allowed}")
-    nozzles = [_read_nozzle(table, exposure_time_s) for table in tables]
+    found = speeds_m_s if speeds_m_s and len(speeds_m_s) == len(tables) else [PROVISIONAL_SPEED_m_s] * len(tables)
+    nozzles = [_read_nozzle(table, exposure_time_s, v) for table, v in zip(tables, found)]
     return None if None in nozzles else tuple(nozzles)
 
 
@@ -67,9 +74,15 @@ def _name(nozzles, n: int) -> str:
     return "nozzle" if len(nozzles) == 1 else f"nozzle[{n + 1}]"
 
 
-def _read_nozzle(table: Table, exposure_time_s: float | None) -> Nozzle | None:
+def _read_nozzle(table: Table, exposure_time_s: float | None, found_m_s: float) -> Nozzle | None:
     table.refuse_others(_KEYS, elsewhere=schema.BELONGS_IN)
-    values = table.get_all(schema.NOZZLE) | table.get_all(schema.JET)
+    key = speed_key(table)
+    values = {"speed_m_s": None if key is None else table.get(key, _SPEED_FIELDS[key])}
+    if key not in (None, "speed_m_s") and values["speed_m_s"] is not None:
+        values["speed_m_s"] = found_m_s
+        if problem := schema.NOZZLE["speed_m_s"].problem(found_m_s):
+            table.problem(key, f"leads to a speed of {show(found_m_s)} m/s: {problem}")
+    values |= table.get_all({k: v for k, v in schema.NOZZLE.items() if k != "speed_m_s"}) | table.get_all(schema.JET)
     before = len(table.log.problems)
     feed, pulse = _read_feed(table, exposure_time_s), _read_pulse(table)
     moving = feed is None and table.data.get(_REST, 0) != 0  # then only for want of an exposure

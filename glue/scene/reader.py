@@ -12,6 +12,7 @@ from pathlib import Path
 
 from glue.errors import InputError
 from glue.scene import consistency, schema
+from glue.scene.measured import read_measured
 from glue.scene.media import read_media
 from glue.scene.model import Accuracy, Choice, Models, Scene
 from glue.scene.nozzles import feed_says, read_exposure, read_nozzles
@@ -25,6 +26,7 @@ from glue.scene.physics import (
     read_target_inertia,
 )
 from glue.scene.presets import PRESETS
+from glue.scene.specification import INFERRED, PROVISIONAL_TIME_s, inferred_beside, read_specification
 from glue.scene.table import Log, Table
 from glue.scene.targets import read_target
 
@@ -43,24 +45,41 @@ _AUTO_TARGET = {
 }
 
 
-def read_scene(path: Path | str, *, preset: str | None = None, content: bytes | None = None) -> Scene:
+def read_scene(
+    path: Path | str,
+    *,
+    preset: str | None = None,
+    content: bytes | None = None,
+    inferred: dict | None = None,
+    provisional: bool = False,
+) -> Scene:
     """The scene in the TOML file ``path``, checked and with every default filled in.
 
     ``preset`` takes the place of the file's ``accuracy.preset``; ``content`` is the file's, when it was read before.
+    ``inferred``: what ``glue.study.specify`` found for a file that says an intensity, a machine's setting or a coverage
+    instead of speed and time; without it what lies beside the file.  ``provisional`` reads such a file without, with
+    stand-ins in place of what is to be found and without the checks between keys: for ``specify`` alone.
     Raises :class:`InputError` with all problems found.
     """
     path = Path(path)
     log = Log(path)
-    top = Table(_parse(path, read_bytes(path) if content is None else content), "", log)
-    top.refuse_others(
-        (*schema.TOP, *schema.TABLES), not_built=schema.TOP_NOT_BUILT, elsewhere=schema.BELONGS_IN
-    )
+    content = read_bytes(path) if content is None else content
+    top = Table(_parse(path, content), "", log)
+    top.refuse_others((*schema.TOP, "coverage_percent", *schema.TABLES), elsewhere=schema.BELONGS_IN)
     head = {key: top.get(key, field) for key, field in schema.TOP.items() if not _left_out(top, key)}
+    specification = read_specification(top, path)
+    if specification is not None and inferred is None and not provisional:
+        inferred = inferred_beside(path, content)
     exposure = head.get("exposure_time_s")
+    if specification is not None and specification.coverage_percent is not None and exposure is None:
+        exposure = inferred["exposure_time_s"] if inferred else PROVISIONAL_TIME_s
+        if problem := schema.TOP["exposure_time_s"].problem(exposure):
+            top.problem("coverage_percent", f"leads to an exposure of {exposure:.4g} s: {problem}")
     media = read_media(top)
-    nozzles = read_nozzles(top, exposure)
+    nozzles = read_nozzles(top, exposure, inferred["speed_m_s"] if inferred else None)
     exposure = read_exposure(top, exposure, nozzles)
     target = read_target(top, path)
+    measured = read_measured(top, path)
     restitution, friction = read_restitution(top), read_friction(top)
     gravity, air_drag = read_gravity(top), read_air_drag(top)
     strain_rate = read_strain_rate(top, target.material if target else None)
@@ -71,8 +90,15 @@ def read_scene(path: Path | str, *, preset: str | None = None, content: bytes | 
         models = dataclasses.replace(models, target=_AUTO_TARGET[accuracy.preset])
 
     parts = (media, nozzles, target, restitution, air_drag, models, accuracy, exposure)
-    for key_path, sentence in consistency.problems(*parts):
+    unknown = specification is not None and inferred is None
+    for key_path, sentence in () if unknown else consistency.problems(*parts):
         log.problem(key_path, sentence)
+    if unknown and not provisional and not log.problems:
+        log.problem(
+            "nozzle" if any(specification.intensities) or specification.machine else "coverage_percent",
+            "says what is to come out instead of speed and time, which are not found yet; allowed: peen check and peen run,"
+            f" which find them, or a run directory, which holds them ({INFERRED})",
+        )
     if log.problems:
         raise InputError(log.problems)
     return Scene(
@@ -92,12 +118,15 @@ def read_scene(path: Path | str, *, preset: str | None = None, content: bytes | 
         strain_rate=strain_rate,
         target_inertia=target_inertia,
         elastic_shot=elastic_shot,
+        measured=measured,
+        specification=specification,
+        inferred=tuple(inferred["text"]) if inferred else (),
         defaults_used=tuple(log.defaults),
     )
 
 
 def _left_out(top: Table, key: str) -> bool:
-    """An exposure may follow from a feed's path; given as coverage_percent it has been refused already."""
+    """An exposure may follow from a feed's path, or from coverage_percent."""
     return key == "exposure_time_s" and key not in top and ("coverage_percent" in top or feed_says(top))
 
 
@@ -107,7 +136,12 @@ def resolved_dict(scene: Scene) -> dict:
     ``defaults_used`` is left out: a default and the same value written down are the same scene.
     """
     plain = _plain(dataclasses.asdict(scene))
-    del plain["defaults_used"]
+    del plain["defaults_used"], plain["inferred"]
+    # What a scene does not have is left out: scenes that never heard of it hash as they always did.
+    own = {"specification": plain, "measured": plain}
+    for key, table in (own | dict.fromkeys(("initial_stress", "initial_roughness"), plain["target"])).items():
+        if not table[key]:
+            del table[key]
     return {"schema": schema.SCHEMA, **plain}
 
 

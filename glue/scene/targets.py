@@ -8,6 +8,7 @@ from pathlib import Path
 from glue.scene import schema
 from glue.scene.catalogue import material, material_keys, not_in_catalogue
 from glue.scene.fields import kind, quoted
+from glue.scene.measured import beside, read_initial_roughness, read_initial_stress
 from glue.scene.model import Material, Surface, Target
 from glue.scene.own_material import read_own_material
 from glue.scene.table import Table
@@ -18,7 +19,10 @@ def read_target(top: Table, scene_file: Path) -> Target | None:
     table = top.table("target", "material and window_m")
     if table is None:
         return None
-    table.refuse_others(("material", *schema.TARGET, "surface"), elsewhere=schema.BELONGS_IN)
+    table.refuse_others(
+        ("material", *schema.TARGET, "surface", "initial_stress", "initial_roughness"), elsewhere=schema.BELONGS_IN
+    )
+    stress, roughness = read_initial_stress(table), read_initial_roughness(table)
     thickness = 0.0
     if "thickness_m" in table:
         thickness = table.get("thickness_m", schema.TARGET["thickness_m"])
@@ -28,16 +32,7 @@ def read_target(top: Table, scene_file: Path) -> Target | None:
     surface = _read_surface(table, scene_file)
     if None in (material, window, surface, thickness):
         return None
-    return Target(material, window, thickness or None, surface)
-
-
-def surface_file(scene_file: Path, written: str) -> Path | None:
-    """The STL file that a scene means: from the folder of the scene file, else by its bare name beside it."""
-    folder = scene_file.parent
-    for candidate in (folder / written, folder / Path(written).name):
-        if candidate.is_file():
-            return candidate
-    return None
+    return Target(material, window, thickness or None, surface, stress, roughness)
 
 
 def _read_surface(table: Table, scene_file: Path) -> Surface | None:
@@ -70,7 +65,7 @@ def _sha256(part: Table, scene_file: Path, written: str) -> str:
     """Hash of the STL file's content, "" when it cannot be read (which is logged)."""
     allowed = "allowed: an STL file that can be read, its name from the scene file's folder"
     try:
-        found = surface_file(scene_file, written)
+        found = beside(scene_file, written)
         if found is None:
             part.problem("file", f"no file {quoted(written)} in {scene_file.parent or '.'}; {allowed}")
             return ""

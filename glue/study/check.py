@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from glue.flow.arrivals import check_stream
-from glue.flow.drag import drag_number, speed_after_flight, surroundings
+from glue.flow.drag import drag_number
 from glue.flow.footprint import expected_impacts
 from glue.flow.regime import (
     choose_flow,
@@ -22,7 +22,7 @@ from glue.scene.consistency import estimated_dimple_radius_m, mixture_volume_fra
 from glue.scene.model import Scene
 from glue.study.coverage_stage import refuse_window
 from glue.study.dimple_stage import other_speeds, refuse_dimple, scene_physics
-from glue.study.exposure import expected_hits, mean_square_diameter_m2
+from glue.study.exposure import estimated_areas_m2, expected_hits, speed_kept
 from glue.study.flow_stage import refuse_flow, restitution_estimate
 from glue.study.pieces import pieces
 from glue.study.pipeline import choices, default_out
@@ -56,9 +56,9 @@ def check(scene: Scene, scene_file: Path | None = None) -> dict:
     physics = resolve_physics(scene)
     impact = scene_physics(scene)
     flow = choose_flow(scene, e)
-    hits = expected_hits(scene, _dimple_areas_m2(scene))
+    hits = expected_hits(scene, estimated_areas_m2(scene))
     exposure = float(hits.hits[-1].mean())
-    normal_speed = nozzle.normal_speed_m_s * _speed_kept(scene, nozzle, shots)
+    normal_speed = nozzle.normal_speed_m_s * speed_kept(scene, nozzle, shots)
     radius = estimated_dimple_radius_m(shots, normal_speed, target.material)
     half = [0.5 * side for side in target.window_m]
     in_window = expected_impacts(scene, -half[0], half[0], -half[1], half[1])
@@ -96,33 +96,14 @@ def check(scene: Scene, scene_file: Path | None = None) -> dict:
         "dimple_speeds_m_s": sorted([*other_speeds(scene), nozzle.normal_speed_m_s]),
         "choices": choices(scene),
         "accuracy": vars(scene.accuracy),
+        "inferred": list(scene.inferred),
         "defaults_used": list(scene.defaults_used),
     }
 
 
 def mean_hits_estimate(scene: Scene) -> float:
     """Hits per point of the window at the end of the exposure, with dimples of estimated size."""
-    return float(expected_hits(scene, _dimple_areas_m2(scene)).hits[-1].mean())
-
-
-def _dimple_areas_m2(scene: Scene) -> np.ndarray:
-    """Estimated mean dimple area by nozzle and medium, (nozzles, media) [m^2]."""
-    found = np.empty((len(scene.nozzles), len(scene.media)))
-    for i, nozzle in enumerate(scene.nozzles):
-        for k, shots in enumerate(scene.media):
-            speed = nozzle.normal_speed_m_s * _speed_kept(scene, nozzle, shots)
-            radius = estimated_dimple_radius_m(shots, speed, scene.target.material)
-            found[i, k] = math.pi * (radius / shots.diameter_m) ** 2 * mean_square_diameter_m2(shots)
-    return found
-
-
-def _speed_kept(scene: Scene, nozzle, shots) -> float:
-    """Share of its speed that a mean shot still has where it strikes: drag along the axis."""
-    if scene.air_drag is None:
-        return 1.0
-    around = surroundings(scene)
-    after = speed_after_flight(nozzle.speed_m_s, nozzle.stand_off_m, shots.diameter_m, shots.density_kg_m3, around)
-    return after / nozzle.speed_m_s
+    return float(expected_hits(scene, estimated_areas_m2(scene)).hits[-1].mean())
 
 
 def _per_pass(scene: Scene, half: list[float]) -> list[float]:

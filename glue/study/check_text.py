@@ -20,6 +20,7 @@ def check_text(scene: Scene, scene_file: Path | None = None) -> str:
         *(_row(what, text) for what, text in _facts(scene, c)),
         *(_row("warning", text) for text in c["warnings"]),
         "",
+        *(["Inferred from the specification", *(f"  {line}" for line in scene.inferred), ""] if scene.inferred else []),
         "What will be modelled",
         *(f"  {stage:<11} {choice['model']:<14} {choice['why']}" for stage, choice in c["choices"].items()),
         f"  accuracy    {scene.accuracy.preset:<14} "

@@ -49,6 +49,8 @@ def coverage_stage(work: Work) -> tuple[dict, list[str]]:
 
     final = float(history.coverage[-1]) if history.coverage.size else 0.0
     metrics = {"final": final, "time_98_s": time_98}
+    # the trade counts on from full coverage by time: 200 % is twice the time to 98 %
+    metrics["percent"] = 100.0 * final if time_98 is None else 100.0 * max(1.0, scene.exposure_time_s / time_98)
     if time_98 is None:
         metrics["time_98_s_reason"] = (
             f"coverage reaches {final:.4f} in {scene.exposure_time_s:g} s; a longer exposure_time_s is needed"

@@ -13,8 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from glue.flow.drag import speed_after_flight, surroundings
 from glue.flow.footprint import fluence_1_m2
 from glue.scene import sizes
+from glue.scene.consistency import estimated_dimple_radius_m
 from glue.scene.model import Scene
 from glue.surface.window import surface_points
 
@@ -100,6 +102,26 @@ def dimple_areas_m2(scene: Scene, dimple, impacts: np.ndarray, area_m2: np.ndarr
                 per_diameter = dimple.radius_for(1.0, nozzle.normal_speed_m_s, shots.density_kg_m3)
                 found[i, k] = math.pi * float(per_diameter) ** 2 * mean_square_diameter_m2(shots)
     return found
+
+
+def estimated_areas_m2(scene: Scene) -> np.ndarray:
+    """Estimated mean dimple area by nozzle and medium, (nozzles, media) [m^2]."""
+    found = np.empty((len(scene.nozzles), len(scene.media)))
+    for i, nozzle in enumerate(scene.nozzles):
+        for k, shots in enumerate(scene.media):
+            speed = nozzle.normal_speed_m_s * speed_kept(scene, nozzle, shots)
+            radius = estimated_dimple_radius_m(shots, speed, scene.target.material)
+            found[i, k] = math.pi * (radius / shots.diameter_m) ** 2 * mean_square_diameter_m2(shots)
+    return found
+
+
+def speed_kept(scene: Scene, nozzle, shots) -> float:
+    """Share of its speed that a mean shot still has where it strikes: drag along the axis."""
+    if scene.air_drag is None:
+        return 1.0
+    around = surroundings(scene)
+    after = speed_after_flight(nozzle.speed_m_s, nozzle.stand_off_m, shots.diameter_m, shots.density_kg_m3, around)
+    return after / nozzle.speed_m_s
 
 
 def number_shares(scene: Scene) -> np.ndarray:

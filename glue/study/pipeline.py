@@ -56,21 +56,24 @@ def run(
     ``only`` names the stages wanted; what they need is brought up to date first. Raises InputError
     before any solver starts, SolverFailed or NotConverged with the run directory in a note.
     """
+    from glue.study.specify import read_specified  # here: it loads the target's models
+
     stages = _default_stages() if stages is None else stages
     wanted = _with_needs(only or [s.name for s in stages], stages)
     scene_file = find_scene(scene_argument)
     content = read_bytes(scene_file) if content is None else content  # once: what is checked is what is run, and a pipe gives it only once
-    scene = read_scene(scene_file, preset=preset, content=content)
+    scene, beside = read_specified(scene_file, preset=preset, content=content, progress=progress)
     path = out or default_out(scene)
     facts = {
         "scene": scene.name,
         "seed": scene.seed,
         "choices": choices(scene),
+        "inferred": list(scene.inferred),
         "defaults_used": list(scene.defaults_used),
     }
     with RunDirectory.create_or_continue(
         path, scene=content, preset=preset, resolved=resolved_dict(scene), facts=facts,
-        companions=companions(scene, scene_file),
+        companions=companions(scene, scene_file) | beside,
     ) as folder:
         _run_stages(folder, scene, wanted, stages, progress)
     return path

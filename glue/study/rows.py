@@ -13,6 +13,7 @@ ROWS = {
     "coverage": ("Coverage", (
         ("final", "at the end", 100, "%", 2),
         ("time_98_s", "time to 98 %", 1, "s", 2),
+        ("percent", "as the trade counts (98 % is full)", 1, "%", 0),
         ("avrami_final", "Avrami, at the end", 100, "%", 2),
         ("avrami_time_98_s", "Avrami, time to 98 %", 1, "s", 2),
         ("avrami_mass_flow_final", "Avrami by mass flow, at the end", 100, "%", 2),
@@ -23,6 +24,7 @@ ROWS = {
     )),
     "residual_stress": ("Residual stress", (
         ("surface_Pa", "at the surface", 1e-6, "MPa", 0),
+        ("surface_xray_Pa", "at the surface, as X-rays weigh it", 1e-6, "MPa", 0),
         ("max_compressive_Pa", "largest compressive", 1e-6, "MPa", 0),
         ("max_compressive_depth_m", "at depth", 1e6, "µm", 0),
         ("tenth_depth_m", "down to a tenth of it at depth", 1e6, "µm", 0),
@@ -32,6 +34,10 @@ ROWS = {
         ("max_compressive_std_patches_Pa", "scatter of the largest compressive", 1e-6, "MPa", 0),
         ("arc_height_m", "arc height, were it an Almen strip", 1e6, "µm", 1),
         ("moment_balance_relative", "moment balance, ∫σzdz / max|σ|h²", 1, "", 4),
+        ("over_measured_mean_Pa", "less the measured, mean", 1e-6, "MPa", 0),
+        ("over_measured_rms_Pa", "less the measured, rms", 1e-6, "MPa", 0),
+        ("over_measured_largest_Pa", "less the measured, largest", 1e-6, "MPa", 0),
+        ("warning", "warning", None, "", 0),
     )),
     "roughness": ("Roughness", (
         ("Sa_m", "Sa", 1e6, "µm", 2),
@@ -39,8 +45,13 @@ ROWS = {
         ("Sz_m", "Sz", 1e6, "µm", 1),
         ("Ssk", "Ssk", 1, "", 2),
         ("Sku", "Sku", 1, "", 2),
+        ("Ra_m", "Ra, mean over lines", 1e6, "µm", 2),
+        ("Rz_m", "Rz, mean over lines", 1e6, "µm", 1),
+        ("over_measured_Ra", "Ra over the measured, less one", 100, "%", 0),
+        ("over_measured_Rz", "Rz over the measured, less one", 100, "%", 0),
         ("levelling", "levelling", None, "", 0),
         ("filter", "filter", None, "", 0),
+        ("warning", "warning", None, "", 0),
     )),
     "dimple": ("One dimple", (
         ("radius_m", "radius at zero height", 1e6, "µm", 1),

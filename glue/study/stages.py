@@ -8,10 +8,11 @@ from glue.atomic import atomic_path
 from glue.study.coverage_stage import coverage_stage, refuse_window
 from glue.study.dimple_stage import dimple_stage, refuse_dimple
 from glue.study.flow_stage import flow_solvers, flow_stage, refuse_flow
+from glue.study.plausibility import roughness_warnings
 from glue.study.results import load_dimple, load_impacts, plain
 from glue.study.stage import Stage, Work
 from glue.study.target_stage import refuse_target, target_stage
-from glue.surface.roughness import areal
+from glue.surface.roughness import areal, profile, random_surface
 from glue.surface.stamp import height_map
 
 
@@ -20,12 +21,28 @@ def surface_stage(work: Work) -> tuple[dict, list[str]]:
     scene, dimple = work.scene, load_dimple(work.path)
     spacing = dimple.radius_m / scene.accuracy.stamp_points_per_radius
     law = scene.target.material.combined  # the bounded law, as in the target stage: impacts overlap
+    rough, initial = scene.target.initial_roughness, None
+    if rough is not None:
+
+        def initial(shape, dx, dy):
+            return random_surface(shape, dx, dy, *rough, scene.seed)
+
     x, y, z = height_map(
-        load_impacts(work.path, scene), dimple, scene.target.window_m, spacing, flow_stress_Pa=law.flow_stress_Pa
-    )
+        load_impacts(work.path, scene), dimple, scene.target.window_m, spacing, flow_stress_Pa=law.flow_stress_Pa,
+        initial=initial,
+    )  # fmt: skip
     with atomic_path(work.path / "surface.npz") as part, open(part, "wb") as f:
         np.savez_compressed(f, x_m=x, y_m=y, z_m=z)
-    return {"roughness": plain(areal(z, x[1] - x[0], y[1] - y[0]))}, ["surface.npz"]
+    step = x[1] - x[0], y[1] - y[0]
+    metrics = areal(z, *step) | profile(z, *step)
+    measured = scene.measured
+    for key in ("Ra_m", "Rz_m"):
+        if measured is not None and getattr(measured, key) is not None:
+            value = getattr(measured, key)
+            metrics |= {f"measured_{key}": value, f"over_measured_{key[:2]}": metrics[key] / value - 1.0}
+    if told := roughness_warnings(scene, metrics):
+        metrics["warning"] = "; ".join(told)
+    return {"roughness": plain(metrics)}, ["surface.npz"]
 
 
 def report_stage(work: Work) -> tuple[dict, list[str]]:
@@ -46,7 +63,9 @@ def uncertainty_stage(work: Work) -> tuple[dict, list[str]]:
 
 _SCENE = ("glue/scene/*.py",)
 _WINDOW = ("glue/study/results.py", "glue/flow/arrivals.py", "glue/surface/window.py", "glue/flow/impacts.py")
-_STAGES = ("glue/study/stages.py", "glue/study/target_stage.py", "glue/study/unpeened.py", *_WINDOW)
+_STAGES = (
+    *(f"glue/study/{name}.py" for name in ("stages", "target_stage", "plausibility", "measured", "unpeened")), *_WINDOW,
+)  # fmt: skip
 _TABLE = ("glue/target/dimple.py", "glue/target/speeds.py")
 _KERNELS = ("freefem/lib/law_script.idp", "freefem/plugin/*")
 _AXISYM = ("freefem/single_impact.edp", "freefem/lib/*axisym*.idp")

@@ -15,6 +15,8 @@ def summary(path: Path) -> str:
     manifest = read_manifest(path)
     metrics = json.loads((path / METRICS).read_text(encoding="utf-8"))
     lines = [f"{manifest['scene']} (seed {manifest['seed']}) in {path}"]
+    if manifest.get("inferred"):
+        lines += ["", "Inferred from the specification", *(f"  {line}" for line in manifest["inferred"])]
     for section, (title, rows) in ROWS.items():
         if section in metrics:
             lines += [

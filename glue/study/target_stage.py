@@ -13,14 +13,17 @@ from glue.errors import InputError
 from glue.flow.footprint import expected_impacts
 from glue.flow.impacts import normal_speed_m_s
 from glue.scene.consistency import estimated_dimple_radius_m
+from glue.scene.measured import beside
 from glue.scene.model import Scene
 from glue.study.dimple_stage import ready_kernels
+from glue.study.measured import read_profile
+from glue.study.plausibility import stress_warnings
 from glue.study.reference import reference_impact
 from glue.study.results import load_dimple, load_impacts, plain, write_columns
 from glue.study.stage import Work
 from glue.study.target_patches import mean_profile, means, solve_patches
 from glue.study.unpeened import impacts_to_solve, unpeened
-from glue.surface.stress import plate_balance, profile_metrics
+from glue.surface.stress import deviation, plate_balance, profile_metrics, xray_weighted_Pa
 from glue.target.block import available_GB, make_block
 from glue.target.cell import cell_patches, seconds_per_impact, solve_patch
 from glue.target.contact import (
@@ -59,7 +62,8 @@ def target_stage(work: Work) -> tuple[dict, list[str]]:
     model = scene.models.target.model
     solved = _MODELS[model](work, impacts, dimple)
     thickness, material = scene.target.thickness_m, scene.target.material
-    profile, scatter = mean_profile([part_profile(each, thickness) for each in solved.profiles])
+    initial = scene.target.initial_stress
+    profile, scatter = mean_profile([part_profile(each, thickness, initial, material) for each in solved.profiles])
     write_columns(work.path / "stress_profile.csv", **profile)
     mean = 0.5 * (profile["sigma_xx_Pa"] + profile["sigma_yy_Pa"])
     stress = profile_metrics(profile["depth_m"], mean) | scatter
@@ -71,8 +75,29 @@ def target_stage(work: Work) -> tuple[dict, list[str]]:
         stress["moment_balance_relative"] = plate_balance(profile["depth_m"], mean)[1]
         arcs = [strip_arc_height_m(each, thickness, material.E_Pa, material.nu) for each in solved.profiles]
         stress["arc_height_m"] = float(np.mean(arcs))
+    stress |= _beside_measured(work, profile["depth_m"], mean)
+    if told := stress_warnings(scene, stress):
+        stress["warning"] = "; ".join(told)
     metrics = {"target": {"model": model} | solved.target, "residual_stress": stress, "coverage": solved.coverage}
     return {section: plain(values) for section, values in metrics.items()}, ["stress_profile.csv", *solved.files]
+
+
+def _beside_measured(work: Work, depth_m: np.ndarray, mean_Pa: np.ndarray) -> dict:
+    """The surface stress as X-rays would read it, and how far the profile is from a measured one."""
+    measured, found = work.scene.measured, {}
+    if measured is None:
+        return found
+    if measured.xray_depth_m is not None:
+        found["surface_xray_Pa"] = xray_weighted_Pa(depth_m, mean_Pa, measured.xray_depth_m)
+        found["xray_depth_m"] = measured.xray_depth_m
+    if measured.stress_file:
+        path = beside(work.scene_file, measured.stress_file)
+        if path is None:
+            raise InputError(f"measured.stress_file: no file {measured.stress_file} beside {work.scene_file}")
+        profile = read_profile(path)
+        off = deviation(depth_m, mean_Pa, profile.depth_m, profile.stress_Pa)
+        found |= {f"over_measured_{key}": value for key, value in off.items()}
+    return found
 
 
 def expected_work(scene: Scene) -> dict:

@@ -10,7 +10,7 @@ import numpy as np
 from glue.errors import InputError
 from glue.flow import surface
 from glue.scene.model import Scene
-from glue.scene.targets import surface_file
+from glue.scene.measured import beside
 
 
 def companions(scene: Scene, scene_file: Path) -> dict[str, bytes]:
@@ -43,7 +43,7 @@ def _file(scene: Scene, scene_file: Path) -> Path | None:
     written = scene.target.surface.file
     if scene.target.surface.kind != "stl":
         return None
-    found = surface_file(scene_file, written)
+    found = beside(scene_file, written)
     if found is None:
         raise InputError(f"target.surface.file: no file {written} beside {scene_file}")
     return found

@@ -44,6 +44,33 @@ def areal(z, dx: float, dy: float, levelling: str = "plane") -> dict:
     return result | {"levelling": levelling, "filter": "none"}
 
 
+def profile(z, dx: float, dy: float) -> dict:
+    """Ra and Rz [m] of the lines of a height map ``z`` (ny, nx), in both directions, after levelling by a plane.
+
+    Ra: mean |height| about the line's mean; Rz: mean over five equal parts of a line of highest less lowest; both are means over all lines.
+    Unfiltered, on lines as long as the map: not to ISO 21920 when that is shorter than five cut-offs.
+    """
+    h = level_plane(np.asarray(z, dtype=float), dx, dy)
+    ra, rz = [], []
+    for lines in (h, h.T):
+        lines = lines - lines.mean(axis=1, keepdims=True)
+        ra.append(np.abs(lines).mean())
+        rz.append(np.mean([np.ptp(part, axis=1).mean() for part in np.array_split(lines, min(5, lines.shape[1]), axis=1)]))
+    return {"Ra_m": float(np.mean(ra)), "Rz_m": float(np.mean(rz))}
+
+
+def random_surface(shape: tuple[int, int], dx: float, dy: float, Sa_m: float, wavelength_m: float, seed: int) -> np.ndarray:
+    """Heights (ny, nx) [m] of a rough surface, the same in all directions: 200 waves of one length at random, scaled to Sa."""
+    rng, waves = np.random.default_rng(seed), 200
+    angle, phase = rng.uniform(0.0, 2.0 * math.pi, (2, waves))
+    kx, ky = (2.0 * math.pi / wavelength_m * f(angle) for f in (np.cos, np.sin))
+    x, y = np.arange(shape[1]) * dx, np.arange(shape[0]) * dy
+    # cos(a + b) in two products, so that no (ny, nx, waves) is held
+    z = np.cos(np.outer(y, ky)) @ np.cos(np.outer(x, kx) + phase).T - np.sin(np.outer(y, ky)) @ np.sin(np.outer(x, kx) + phase).T
+    z -= z.mean()
+    return z * (Sa_m / np.abs(z).mean())
+
+
 def level_plane(z, dx: float, dy: float) -> np.ndarray:
     """Heights (ny, nx) less their least-squares plane; on an even grid its slopes are independent."""
     ny, nx = z.shape

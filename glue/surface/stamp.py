@@ -98,13 +98,14 @@ def volume_ratio(flow_stress_Pa, work_density_Pa: float, counts: int = MAX_COUNT
     return np.diff(reached) / reached[1]
 
 
-def height_map(impacts, dimple, window_m, spacing_m: float, *, flow_stress_Pa):
+def height_map(impacts, dimple, window_m, spacing_m: float, *, flow_stress_Pa, initial=None):
     """Height map (x_m (nx,), y_m (ny,), z_m (ny, nx)) [m] of a window centred on the origin, z = 0 untouched.
 
     impacts: rows of a log in the window's own coordinates (``glue.surface.window``), those outside the window
     that reach in included; dimple: see :func:`stamp_of`, with ``radius_for(diameter_m, normal_speed_m_s,
     density_kg_m3)``, restitution and the diameter, density and speed it was solved for; spacing_m: largest
-    distance of points; flow_stress_Pa: the material law in use, as for :func:`volume_ratio`.
+    distance of points; flow_stress_Pa: the material law in use, as for :func:`volume_ratio`; initial: a function
+    (shape, dx, dy) that gives the heights before peening, default flat.
 
     Other sizes, densities and speeds scale the stamp: lengths across with the radius a, the cap's radius with
     the shot diameter D, heights with a^2/D.  Raises InputError.
@@ -128,7 +129,8 @@ def height_map(impacts, dimple, window_m, spacing_m: float, *, flow_stress_Pa):
     margin = (PILE_REACH + CAP_REACH) * largest
     mx, my = math.ceil(margin / dx), math.ceil(margin / dy)
     near = (np.abs(x) < 0.5 * width + PILE_REACH * radius) & (np.abs(y) < 0.5 * height + PILE_REACH * radius)
-    z = np.zeros((ny + 2 * my, nx + 2 * mx))
+    shape = (ny + 2 * my, nx + 2 * mx)
+    z = np.zeros(shape) if initial is None else np.ascontiguousarray(initial(shape, dx, dy), dtype=float)
     if near.any():
         ratio = volume_ratio(flow_stress_Pa, plastic_work_density_Pa(dimple))
         scale = radius[near] / stamp.radius_m, diameter[near] / dimple.diameter_m

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from glue.errors import InputError
@@ -46,6 +48,39 @@ def profile_metrics(depth_m, sigma_Pa) -> dict:
         result |= _crossing("tenth_depth_m", z, sigma, lowest, 0.1 * sigma[lowest])
     result |= {"force_balance_N_m": force, "force_balance_relative": force / gross if gross > 0.0 else 0.0}
     return result
+
+
+def xray_weighted_Pa(depth_m, sigma_Pa, attenuation_m: float) -> float:
+    """What X-rays see at the surface: int sigma e^(-z/t) dz / int e^(-z/t) dz over the profile, t = ``attenuation_m``.
+
+    The profile is the broken line through its points, carried on to the surface and beyond its end as its last value;
+    the integral of that is exact.
+    """
+    z, s = np.asarray(depth_m, dtype=float), np.asarray(sigma_Pa, dtype=float)
+    _check(z, s)
+    if not (math.isfinite(attenuation_m) and attenuation_m > 0.0):
+        raise InputError(f"xray_depth_m = {attenuation_m}: must be positive and finite")
+    if z[0] > 0.0:
+        z, s = np.r_[0.0, z], np.r_[_surface(z, s), s]
+    # By parts: int_0^inf s' e^(-z/t) dz + s(0), s' constant between points.
+    slope = np.diff(s) / np.diff(z)
+    return float(s[0] + attenuation_m * (slope * -np.diff(np.exp(-z / attenuation_m))).sum())
+
+
+def deviation(depth_m, sigma_Pa, measured_depth_m, measured_Pa) -> dict:
+    """Computed stress less measured, at the measured depths inside the profile: mean, rms and largest (signed), and how many.
+
+    points 0 (and None with reasons) when none of them lies inside.
+    """
+    z, at = np.asarray(depth_m, dtype=float), np.asarray(measured_depth_m, dtype=float)
+    inside = at <= z[-1]
+    keys = ("mean_Pa", "rms_Pa", "largest_Pa")
+    if not inside.any():
+        reason = f"every measured depth lies below the computed profile's end, {z[-1]:g} m"
+        return {"points": 0} | {key: None for key in keys} | {f"{key}_reason": reason for key in keys}
+    off = np.interp(at[inside], z, np.asarray(sigma_Pa, dtype=float)) - np.asarray(measured_Pa, dtype=float)[inside]
+    largest = off[np.argmax(np.abs(off))]
+    return {"points": int(inside.sum())} | dict(zip(keys, map(float, (off.mean(), np.sqrt((off**2).mean()), largest))))
 
 
 def plate_balance(depth_m, sigma_Pa) -> tuple[float, float]:

@@ -11,7 +11,7 @@ _BELOW = 8  # points between the peened layer's floor and the part's back
 FADED = 0.02  # of the largest in-plane stress: what may be left at a thin part's back before it is let go
 
 
-def part_profile(layers, thickness_m: float | None) -> dict[str, np.ndarray]:
+def part_profile(layers, thickness_m: float | None, initial_stress=(), material=None) -> dict[str, np.ndarray]:
     """Columns of the stress profile by name, each (rows,), depth rising.
 
     layers: what a target model found, with the fields of ``glue.target.cell.CellResult`` down to peeq_std, and floor_m.
@@ -19,7 +19,14 @@ def part_profile(layers, thickness_m: float | None) -> dict[str, np.ndarray]:
     on one side and free to do both; the profile then reaches from the surface (extrapolated) to the back, and its
     force and moment vanish.  The floor, where the stress has faded, is taken as stress-free before release; a part
     thinner than that is cut where it ends.  Raises InputError when it ends inside the peened layer.
+
+    ``initial_stress``: (depth [m], stress [Pa]) in both directions before peening, in balance with the part, nought below the last.
+    It rests where nothing flows.  Where the metal flows on in other directions, Prandtl and Reuss's equations
+    ds = 2 G (de - 3/2 s/sigma_y dp) let the part of the deviator that was there decay as exp(-3 G p/sigma_y), p the
+    layer's mean plastic strain; ``material`` gives G and sigma_y.  What is lost lets the part stretch and bend too.
     """
+    if len(initial_stress):
+        return _with_initial(layers, thickness_m, initial_stress, material)
     columns = {name: getattr(layers, name) for name in (
         "depth_m", "sigma_xx_Pa", "sigma_yy_Pa", "peeq", "sigma_xx_std_Pa", "sigma_yy_std_Pa", "peeq_std",
     )}  # fmt: skip
@@ -31,6 +38,37 @@ def part_profile(layers, thickness_m: float | None) -> dict[str, np.ndarray]:
     for name in ("sigma_xx_Pa", "sigma_yy_Pa"):
         result[name] = released_stress(result["depth_m"], result[name], thickness_m)
     return result
+
+
+def kept_share(peeq, material) -> np.ndarray:
+    """Share of an initial stress that plastic strain ``peeq`` leaves: exp(-3 G p/sigma_y), sigma_y at that strain."""
+    G = 0.5 * material.E_Pa / (1.0 + material.nu)
+    yield_Pa = np.array([material.combined.flow_stress_Pa(float(p)) for p in np.atleast_1d(peeq)])
+    return np.exp(-3.0 * G * np.asarray(peeq, dtype=float) / yield_Pa)
+
+
+def _with_initial(layers, thickness_m, initial_stress, material) -> dict[str, np.ndarray]:
+    at, stress = np.array(initial_stress, dtype=float).T
+
+    def initial(depth):
+        return np.interp(depth, at, stress, right=0.0)
+
+    lost = initial(layers.depth_m) * (1.0 - kept_share(layers.peeq, material))
+    changed = _Changed(layers, lost)
+    profile = part_profile(changed, thickness_m)
+    for name in ("sigma_xx_Pa", "sigma_yy_Pa"):
+        profile[name] = profile[name] + initial(profile["depth_m"])
+    return profile
+
+
+class _Changed:
+    """``layers`` whose stresses are what peening changed: its own less the initial stress that it wiped out."""
+
+    def __init__(self, layers, lost):
+        self._layers, self.sigma_xx_Pa, self.sigma_yy_Pa = layers, layers.sigma_xx_Pa - lost, layers.sigma_yy_Pa - lost
+
+    def __getattr__(self, name):
+        return getattr(self._layers, name)
 
 
 def strip_arc_height_m(layers, thickness_m: float, E_Pa: float, nu: float) -> float:

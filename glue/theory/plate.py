@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from glue.theory.almen import gauge_reading_m
+
 
 def released_stress(depth, constrained, thickness: float):
     """Stress of a free plate from that of a clamped one; (n,) arrays in, (n,) array out.
@@ -38,7 +40,7 @@ def arc_height_m(curvature: float) -> float:
 
     The dial stands in the middle of the rectangle, so both directions count: kappa (31.75^2 + 15.875^2)/8 mm.
     """
-    return curvature * (31.75e-3**2 + 15.875e-3**2) / 8.0
+    return gauge_reading_m(curvature)
 
 
 def force_and_moment(depth, stress, centre: float) -> tuple[float, float]:

@@ -21,10 +21,19 @@ PROMISES = {
 
 
 OWN_TESTS = ("cylinder-s230", "glass-drag", "mixed-s230-s390-traverse", "two-nozzles-pulsed")
+SPECIFIED = {"al2024-s230-8a": ("8A", 200.0), "al2024-s230-6-8a": ("6-8A", 200.0), "steel4340-s230-12a": ("12A", 100.0)}
 
 
 def test_every_example_has_its_promise():
-    assert example_names() == sorted((*PROMISES, *OWN_TESTS))
+    assert example_names() == sorted((*PROMISES, *OWN_TESTS, *SPECIFIED))
+
+
+@pytest.mark.parametrize("name", SPECIFIED)
+def test_an_example_that_says_what_is_to_come_out(name):
+    """What it leads to needs solved impacts: make bench-intensity."""
+    scene = read_scene(example_path(name), provisional=True)
+    said = scene.specification
+    assert (scene.name, said.intensities[0], said.coverage_percent) == (name, *SPECIFIED[name])
 
 
 @pytest.mark.parametrize("name", PROMISES)

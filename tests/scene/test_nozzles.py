@@ -249,7 +249,8 @@ WRONG = {
         nozzles("", "speed = 60"),
         [
             'nozzle[2].speed: unknown key; did you mean "speed_m_s"? allowed: speed_m_s, mass_flow_kg_s, jet_diameter_m, '
-            "stand_off_m, impact_angle_deg, azimuth_deg, aim_m, profile, divergence_half_angle_deg, speed_cv, "
+            "stand_off_m, impact_angle_deg, intensity, air_pressure_Pa, wheel_speed_m_s, azimuth_deg, aim_m, profile, "
+            "divergence_half_angle_deg, speed_cv, "
             "feed_speed_m_s, stroke_m, passes, pitch_m, dwell_s, feed_direction_deg, mass_flow_pattern, "
             "pulse_frequency_Hz, pulse_duty, pulse_amplitude"
         ],

@@ -9,7 +9,7 @@ import pytest
 
 from glue.scene.model import Surface
 from glue.scene.reader import read_scene
-from glue.scene.targets import surface_file
+from glue.scene.measured import beside
 
 STL_ALLOWED = "allowed: an STL file that can be read, its name from the scene file's folder"
 
@@ -56,7 +56,7 @@ def test_an_stl_is_found_beside_the_scene_and_known_by_its_content(write_scene, 
     # A copy of the scene with its STL beside it, as in a run directory, is the same scene; another content is not.
     (tmp_path / "parts" / "blade.stl").rename(tmp_path / "blade.stl")
     assert read_scene(write_scene(changes)) == scene
-    assert surface_file(tmp_path / "trial.toml", "parts/blade.stl") == tmp_path / "blade.stl"
+    assert beside(tmp_path / "trial.toml", "parts/blade.stl") == tmp_path / "blade.stl"
     (tmp_path / "blade.stl").write_bytes(b"solid other")
     assert read_scene(write_scene(changes)) != scene
 

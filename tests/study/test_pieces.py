@@ -40,7 +40,7 @@ def table(scene, e: float = 0.34, hits: float = 2.0) -> dict[str, pieces.Piece]:
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda p: p.stem)
 def test_every_example_has_the_whole_table(path):
-    rows = table(read_scene(path))
+    rows = table(read_scene(path, provisional=True))
     assert set(NAMED) <= set(rows)
     for row in rows.values():
         assert row.decision in ("on", "off") and row.why and row.saving and row.source

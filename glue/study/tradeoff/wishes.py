@@ -29,7 +29,7 @@ def chosen_scene(
         raise InputError(problems)
     scene_file = find_scene(scene_argument)
     content = read_bytes(scene_file)
-    scene = read_scene(scene_file, content=content)
+    scene = read_scene(scene_file, content=content, provisional=True)
     stages = [s for s in STAGES if not only or s in only or any(s in _NEEDS.get(o, ()) for o in only)]
     best = choose(scene, target_error=error, budget_s=seconds, stages=stages or STAGES)
     return changed(content, best.changes), text(best)

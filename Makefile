@@ -113,4 +113,5 @@ readme: checks $(README_RUNS) ## measure again what README.md shows: the default
 	-$(MAKE) bench-flow
 	-$(MAKE) bench-dimple
 	-$(MAKE) bench-target
+	-$(MAKE) bench-intensity
 	$(BIN)/python -m glue.report.readme $(README_RUNS)

@@ -182,9 +182,9 @@ def _contact(work: Work, impacts: np.ndarray, dimple) -> Solved:
     window = scene.target.window_m
     side = patch_side_m(dimple, window, ContactNumerics())
     patches = choose_patches(impacts, dimple, window, side, scene.accuracy.target_patches)
-    numerics = ContactNumerics()
-    if many:  # one kind of strain for all, or their mean and scatter would be of two models
-        numerics = replace(numerics, finite_strain=max(patch.exposure for patch in patches) <= FINITE_STRAIN_EXPOSURE)
+    # One kind of strain for all, or their mean and scatter would be of two models.
+    finite = max(patch.exposure for patch in patches) <= FINITE_STRAIN_EXPOSURE
+    numerics = replace(ContactNumerics(), finite_strain=finite)
 
     def solve(patch, folder, progress):
         result = solve_contact(

@@ -14,7 +14,6 @@ that changes where both can be solved.
 
 from __future__ import annotations
 
-import contextlib
 import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -69,8 +68,7 @@ class ContactNumerics:
     zone_over_candidates: float = 1.5  # reach of the zone whose steps are nonlinear before the whole block is looked at
     anderson_depth: int = 10
     max_iterations: int = 100
-    # False: small, vertical forces on the undeformed surface; None: finite up to an exposure and as long as it converges
-    finite_strain: bool | None = None
+    finite_strain: bool | None = None  # False: small, vertical forces on the undeformed surface; None: by the exposure
     rezone_below: float = 0.6  # det F at an element's vertex
     rezone_depth_in_radii: float = 3.0  # down to which a rezoned mesh follows the surface
 
@@ -143,15 +141,10 @@ def solve_contact(
     patch = choose_patch(impacts, dimple, window_m, side) if patch is None else patch
     refuse_outside(patch, side)
     refuse_too_long(len(patch.x_m), SECONDS_PER_IMPACT, "target = contact")
-    if numerics.finite_strain is None:
-        same = {"law": law, "snapshots": snapshots, "memory_limit_GB": memory_limit_GB, "patch": patch, "resume": resume,
-                "title": title, "progress": progress}  # fmt: skip
-        if patch.exposure <= FINITE_STRAIN_EXPOSURE:
-            with contextlib.suppress(NotConverged):  # then again at small strain; the result tells which it is
-                return solve_contact(material, impacts, dimple, window_m, workdir, numerics=replace(numerics, finite_strain=True), **same)
-        return solve_contact(material, impacts, dimple, window_m, workdir, numerics=replace(numerics, finite_strain=False), **same)
     radius = dimple.radius_m * 1e3
     block = make_block(radius, side * 1e3, numerics.elements_per_radius)
+    if numerics.finite_strain is None:
+        numerics = replace(numerics, finite_strain=patch.exposure <= FINITE_STRAIN_EXPOSURE)
     refuse_too_large(radius, block, numerics.elements_per_radius, min(memory_limit_GB, available_GB()))
     table = law_table(material.E_Pa, material.nu, material.combined if law is None else law)
     reach = numerics.candidates_in_radii * contact_radii_m(patch, dimple)

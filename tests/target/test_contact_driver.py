@@ -99,25 +99,6 @@ def test_strain_is_finite_up_to_an_exposure_or_as_asked(count, finite, asked, tm
     assert f"int finiteStrain = {finite};" in (tmp_path / "run" / "driver.edp").read_text()
 
 
-def test_what_stops_at_finite_strain_is_solved_at_small(tmp_path, monkeypatch):
-    """Not where finite strain was asked for."""
-    drivers = []
-
-    def stops(driver, **more):
-        drivers.append(driver.read_text())
-        raise NotConverged("stopped") if "int finiteStrain = 1;" in drivers[-1] else InterruptedError
-
-    monkeypatch.setenv("PEEN_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr("glue.target.contact.run_freefem", stops)
-    numerics = ContactNumerics(side_in_radii=4.2, elements_per_radius=1.5)
-    given = AL2024, impacts([0.0], [0.0], [60.0], [1e-3]), dimple(), (1e-3, 1e-3)
-    with pytest.raises(InterruptedError):
-        solve_contact(*given, tmp_path / "run", numerics=numerics)
-    assert [f"int finiteStrain = {k};" in text for k, text in zip((1, 0), drivers, strict=True)] == [True, True]
-    with pytest.raises(NotConverged):
-        solve_contact(*given, tmp_path / "asked", numerics=replace(numerics, finite_strain=True))
-
-
 def test_expected_radii():
     """The nominal impact its own; 16 times the energy twice the radius; at one speed proportional to the shot."""
     place = np.zeros(3)

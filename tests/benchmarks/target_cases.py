@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import tempfile
 import time
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -13,16 +14,20 @@ import numpy as np
 from glue.flow.impacts import COLUMNS
 from glue.scene.catalogue import material
 from glue.scene.presets import PRESETS
+from glue.solvers import repo_root
 from glue.target.cell import CellResult, run_cell
+from glue.target.contact import ContactNumerics, solve_contact
 from glue.target.dimple import Dimple, solve_dimple
 from glue.target.driver import law_table
 from glue.target.patch import Patch, normal_energy_J
 from glue.target.reduced_impact import ReducedImpact
 
+WORK = repo_root() / "build" / "bench"
 AL2024 = material("al2024-t351")
 STEEL, SPEED, DIAMETER = 7800.0, 60.0, 1e-3  # kg/m3, m/s, m
 EXPOSURES = {0.28: 0.3285, 0.69: 1.1712, 0.98: 3.9120}  # coverage: dimple areas over area, -ln(1 - coverage)
 INSIDE = (0.13, 1.3)  # dimple radii of depth over which layer means are compared
+BLOCK_SIDE = 5.5  # dimple radii, of the patch whose impacts the block solves; the inner 2.5 are measured
 
 
 @cache
@@ -81,6 +86,14 @@ def cell(folder: Path, seed: int, exposures, *, law=None, preset: str = "balance
     log = chance_log(side, counts[-1], seed)
     table = law_table(target.E_Pa, target.nu, law or target.combined)
     return run_cell("benchmark", table, accuracy, dimple(), patch_of(log, side, exposures[-1]), side, folder, snapshots=counts, resume=True)
+
+
+def block(log: np.ndarray, folder: Path, *, law=None, numerics=ContactNumerics(), snapshots=(), side_m=None):  # noqa: B008 - frozen
+    """The contact model under ``log``, all of it."""
+    side = side_m or BLOCK_SIDE * dimple().radius_m
+    numerics = replace(numerics, side_in_radii=side / dimple().radius_m)
+    return solve_contact(AL2024, log, dimple(), (side * 1.0001, side * 1.0001), folder, law=law,
+                         numerics=numerics, snapshots=snapshots, title="benchmark", resume=True)  # fmt: skip
 
 
 def in_plane(result) -> np.ndarray:

@@ -102,7 +102,7 @@ EXTREMES = (
 def extremes(rows: Rows) -> None:
     for case in EXTREMES:
         for model in case.models:
-            judge(rows, f"{case.name}, {model}", lambda case=case, model=model: {"block": block, "cell": cell}[model](case))
+            judge(rows, f"extreme: {case.name}, {model}", lambda case=case, model=model: {"block": block, "cell": cell}[model](case))
 
 
 def judge(rows: Rows, name: str, run: Callable[[], dict[str, tuple[float, float]]]) -> None:
@@ -110,7 +110,7 @@ def judge(rows: Rows, name: str, run: Callable[[], dict[str, tuple[float, float]
     try:
         found = run()
     except (InputError, NotConverged) as refusal:
-        text = " ".join(str(refusal).split())
+        text = " ".join((getattr(refusal, "cause", "") or str(refusal)).split())  # the cause: logs lie elsewhere each time
         rows.true(f"{name}: refused with the reason", len(text) > 20, text[:240])
         return
     except Exception as crash:  # whatever it is: the row tells it and the next one runs

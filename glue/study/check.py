@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
-import numpy as np
 
 from glue.flow.arrivals import check_stream
 from glue.flow.drag import drag_number

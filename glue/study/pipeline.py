@@ -12,7 +12,6 @@ from glue.errors import InputError, PeenError
 from glue.flow.regime import choose_flow, resolve_physics
 from glue.scene.model import Scene
 from glue.scene.reader import example_names, example_path, read_bytes, read_scene, resolved_dict
-from glue.study.manifest import read_manifest
 from glue.study.rundir import RunDirectory, digest, file_digest
 from glue.study.stage import Stage, Work
 from glue.study.target_surface import companions

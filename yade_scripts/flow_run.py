@@ -89,6 +89,7 @@ class FlowRun:
             dt_s=plan.dt_s,
             speed_limit_m_s=plan.speed_limit_m_s,
             tune=self.dashpots,
+            forces=scene.accuracy.flow_stiffness_scale == 1.0,  # those of softened contacts mean nothing
         )
         if plain:
             # dashpots are set after a contact's first step: then every step must be looked at

@@ -52,12 +52,12 @@ class ImpactLogger:
 
     Who makes the steps sets ``held``, called with every shot that gets into contact, and ``freed``, called with
     the shots whose last contact has ended and the time.  ``tune`` (optional) is called with every contact that
-    begins, after its first step.
+    begins, after its first step; without ``forces`` peak forces are nan.
     Time [s] is ``step`` times ``dt_s``: a sum of 3e7 steps would lose nanoseconds.
     """
 
-    def __init__(self, emit, bodies, target, *, dt_s: float, speed_limit_m_s: float, tune=None):
-        self.emit, self.bodies, self.target, self.tune = emit, bodies, target, tune
+    def __init__(self, emit, bodies, target, *, dt_s: float, speed_limit_m_s: float, tune=None, forces=True):
+        self.emit, self.bodies, self.target, self.tune, self.forces = emit, bodies, target, tune, forces
         self.dt = dt_s
         self.step = 0  # the caller may set it, before the first shot, to start before time 0
         self.executed = 0  # steps that YADE made
@@ -201,7 +201,7 @@ class ImpactLogger:
             (
                 *(shot.shot_id, contact.begin, end - contact.begin, x, y),
                 *(*contact.vel, *contact.spin, *shot.vel, *shot.spin),
-                *(diameter, density, contact.peak, contact.collisions, z, *normal, *labels),
+                *(diameter, density, contact.peak if self.forces else math.nan, contact.collisions, z, *normal, *labels),
             )
         )
 

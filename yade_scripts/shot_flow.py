@@ -39,6 +39,7 @@ from glue.flow import surface  # noqa: E402
 from glue.flow.regime import resolve_physics  # noqa: E402
 from glue.flow.restitution import RestitutionLaw  # noqa: E402
 from glue.scene.reader import read_scene  # noqa: E402
+from glue.scene.softened import softened  # noqa: E402
 from run_plan import plan_run  # noqa: E402
 
 
@@ -121,13 +122,14 @@ def run(args, report: dict) -> None:
     scene = read_scene(args.scene, preset=args.accuracy)
     law, shape = law_of(scene, args), surface_of(scene, args)
     arrivals = arrivals_of(scene, args)
-    decided = resolve_physics(scene).scene
+    decided = softened(resolve_physics(scene).scene)
     dt_over_P = args.dt_over_P or scene.accuracy.flow_dt_over_P
     plan = plan_run(decided, law, dt_over_P, guarded=not args.unguarded)
     identity = {
         "scene_hash": shots_leaving.scene_hash(scene),
         "restitution": law.as_dict(),
         "dt_over_P": plan.dt_over_P,
+        "stiffness_scale": scene.accuracy.flow_stiffness_scale,
         "arrivals": len(arrivals),
         "jet_margin": args.jet_margin,
     }

@@ -198,13 +198,15 @@ def expected_errors(scene: Scene, restitution: float) -> dict[str, float]:
     """Expected error of each of ``MODELS``: of mean normal energy (relative) and collided share (absolute).
 
     ballistic: the energy that collisions would take; event: its measured difference from contact runs, or the
-    share of contacts that a third shot joins if that is larger; dem: that of its time step.
+    share of contacts that a third shot joins if that is larger; dem: that of its time step, and with softened contacts, which
+    last longer, the share that a third shot joins for that.
     """
     collisions = collision_number(scene, restitution)["collisions_per_shot"]
     return {
         "ballistic": ENERGY_LOSS * collisions / (1.0 + ENERGY_LOSS_ENDS * collisions),
         "event": max(EVENT_BIAS * collisions, overlap_number(scene, restitution)),
-        "dem": DEM_ERROR_PER_P * scene.accuracy.flow_dt_over_P,
+        "dem": DEM_ERROR_PER_P * scene.accuracy.flow_dt_over_P
+        + (scene.accuracy.flow_stiffness_scale**-0.4 - 1.0) * overlap_number(scene, restitution),
     }
 
 

@@ -35,6 +35,7 @@ from glue.scene.model import (
 from glue.scene.presets import PEENED_DEPTH_IN_RADII
 from glue.scene.reach import inlet_clearance_problem
 from glue.scene.schema import MAX_RASTER_POINTS, MAX_SHOTS, MAX_VOLUME_FRACTION
+from glue.scene.softened import softened_parts
 
 MIN_STEPS_PER_CONTACT = 9.0  # shot on shot at dt = 1.0 P: 13.7 at 60 m/s, 12 at twice the speed
 MAX_OVERLAP = 0.3  # of the radius; beyond, the flow's contact law means nothing
@@ -201,6 +202,7 @@ def contact_problems(
     air_drag: AirDrag | None,
 ) -> Iterator[Problem]:
     """YADE's contacts must be shallow, and long enough for the preset's time step."""
+    media, material = softened_parts(media, material, accuracy.flow_stiffness_scale)
     exits, nozzles = nozzles, tuple(driven(nozzle, media, air_drag) for nozzle in nozzles)
     name, nozzle = max(named(nozzles), key=lambda pair: pair[1].fastest_m_s)
     fastest = nozzle.fastest_m_s

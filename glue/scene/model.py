@@ -254,6 +254,7 @@ class Accuracy:
     preset: str
     flow_tolerance: float  # error of mean normal energy and collided share that auto may accept of a flow model
     flow_dt_over_P: float  # time step over the P-wave step of the smallest shot
+    flow_stiffness_scale: float  # Young's moduli of the contact flow over the materials' own
     dimple_elements_per_radius: int  # a/h at the surface, a the expected dimple radius
     dimple_steps_per_contact: float  # time steps per expected contact time
     dimple_speeds: int  # solved, from the reference speed down; a faster one that a nozzle can shoot comes on top

@@ -195,6 +195,7 @@ ACCURACY = {
     "target_patches": Integer(1, 64, 1, "one patch of the window stands for all; choice of this project"),
     "flow_tolerance": Number(1e-5, 0.5, "share"),
     "flow_dt_over_P": Number(0.01, 12.0),
+    "flow_stiffness_scale": Number(1e-4, 1.0, "share"),
     "dimple_elements_per_radius": Integer(2, 32),
     "dimple_steps_per_contact": Number(20.0, 1000.0),
     "dimple_speeds": Integer(2, 33),

@@ -155,4 +155,5 @@ def _flow_cost_s(scene: Scene, model: str, restitution: float) -> float:
     contacts = scene.expected_shots * (1.0 + collision_number(scene, restitution)["collisions_per_shot"])
     if model != "dem":
         return _LOAD_S + _EVENT_S * contacts
-    return _START_S + _CONTACT_S / scene.accuracy.flow_dt_over_P * contacts
+    steps = scene.accuracy.flow_stiffness_scale**0.1 / scene.accuracy.flow_dt_over_P  # contact s^-2/5 long, step s^-1/2
+    return _START_S + _CONTACT_S * steps * contacts

@@ -175,9 +175,10 @@ def test_worst_grade_runs_from_derived_to_unverified():
 
 
 def test_presets():
-    """dt/P, elements per radius, steps per contact, speeds, cell side, elements, load steps and tolerance, raster points, stamp points."""
+    """dt/P, stiffness scale, elements per radius, steps per contact, speeds, cell side, elements, load steps and tolerance, raster points, stamp points."""
     fields = (
         "flow_dt_over_P",
+        "flow_stiffness_scale",
         "dimple_elements_per_radius",
         "dimple_steps_per_contact",
         "dimple_speeds",
@@ -189,8 +190,8 @@ def test_presets():
         "stamp_points_per_radius",
     )
     assert {name: tuple(getattr(p, f) for f in fields) for name, p in PRESETS.items()} == {
-        "fast": (1.0, 3, 90.0, 3, 4.0, 6, 2, 2e-2, 12.0, 12.0),
-        "balanced": (1.0, 6, 90.0, 5, 4.8, 7, 3, 1e-2, 20.0, 16.0),
-        "reference": (0.3, 12, 90.0, 9, 6.4, 10, 6, 2e-3, 40.0, 24.0),
+        "fast": (1.0, 1.0, 3, 90.0, 3, 4.0, 6, 2, 2e-2, 12.0, 12.0),
+        "balanced": (1.0, 1.0, 6, 90.0, 5, 4.8, 8, 2, 1e-2, 20.0, 16.0),
+        "reference": (0.3, 1.0, 12, 90.0, 9, 6.4, 12, 4, 2e-3, 40.0, 24.0),
     }
     assert all(p.preset == name for name, p in PRESETS.items())

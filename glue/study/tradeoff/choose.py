@@ -26,7 +26,7 @@ from glue.study.tradeoff.table import nearest, packaged
 _ASKED = "asked for in the scene"
 _NUMBERS = {
     "dimple": ("dimple_elements_per_radius", "dimple_steps_per_contact", "dimple_speeds"),
-    "flow": ("flow_dt_over_P",),
+    "flow": ("flow_dt_over_P", "flow_stiffness_scale"),
     "coverage": ("coverage_points_per_radius",),
     "target": ("cell_side_in_radii", "cell_elements_per_side", "cell_load_steps", "cell_force_tolerance"),
     "surface": ("stamp_points_per_radius",),

@@ -72,6 +72,8 @@ FLOW = Group(
         Rung("flow model", "ballistic", {"models.flow": "ballistic"}),
         Rung("flow model", "event", {"models.flow": "event"}),
         *(Rung("dt/P", f"{x:g}", {"models.flow": "dem", **_accuracy(flow_dt_over_P=x)}) for x in (1.0, 0.5, 0.3)),
+        *(Rung("stiffness scale", f"{s:g}", {"models.flow": "dem", **_accuracy(flow_dt_over_P=1.0, flow_stiffness_scale=s)})
+          for s in (0.3, 0.1)),
     ),
     hits=1.2,
 )  # fmt: skip
@@ -97,6 +99,7 @@ TARGET = Group(
         Rung("cell elements per side", "5", _accuracy(cell_elements_per_side=5)),
         Rung("cell elements per side", "7", {}),
         Rung("cell elements per side", "9", _accuracy(cell_elements_per_side=9)),
+        Rung("cell elements, load steps", "8, 2", _accuracy(cell_elements_per_side=8, cell_load_steps=2)),
         *(Rung("cell load steps", f"{n}", _accuracy(cell_load_steps=n)) for n in (1, 2, 6)),
         *(Rung("cell force tolerance", f"{x:g}", _accuracy(cell_force_tolerance=x)) for x in (5e-2, 3e-3)),
         Rung("cell side", "4.0 radii", _accuracy(cell_side_in_radii=4.0, cell_elements_per_side=6, cell_load_steps=2,
@@ -111,7 +114,7 @@ BLOCK = Group(
         Rung("against the block", "layers", {"models.target": "layers"}),
         Rung("against the block", "cell 4.0, 6 elements",
              _accuracy(cell_side_in_radii=4.0, cell_elements_per_side=6, cell_load_steps=2, cell_force_tolerance=2e-2)),
-        Rung("against the block", "cell 4.8, 7 elements", {}),
+        Rung("against the block", "cell 4.8, 8 elements", _accuracy(cell_elements_per_side=8, cell_load_steps=2)),
     ),
     hits=0.6, seeds=1, own=("dimple", "flow", "target"),
 )  # fmt: skip

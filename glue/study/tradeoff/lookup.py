@@ -11,7 +11,7 @@ from glue.study.tradeoff.errors import bound
 # Numbers of each stage; +1: more is finer, -1: less is finer.
 _FINER = {
     "dimple": {"dimple_elements_per_radius": 1, "dimple_steps_per_contact": 1, "dimple_speeds": 1},
-    "flow": {"flow_dt_over_P": -1},
+    "flow": {"flow_dt_over_P": -1, "flow_stiffness_scale": 1},
     "coverage": {"coverage_points_per_radius": 1},
     "target": {"element_in_radii": -1, "cell_load_steps": 1, "cell_force_tolerance": -1},
     "surface": {"stamp_points_per_radius": 1},

@@ -14,11 +14,12 @@ _SPEED_FIELDS = {"speed_m_s": schema.NOZZLE["speed_m_s"], **schema.SPECIFIED, **
 
 
 def read_nozzles(
-    top: Table, exposure_time_s: float | None, speeds_m_s: list[float] | None = None
+    top: Table, exposure_time_s: float | None, speeds_m_s: list[float] | None = None, passes: int | None = None
 ) -> tuple[Nozzle, ...] | None:
     """``[nozzle]``, or several ``[[nozzle]]``; None when any of them is refused.
 
-    ``speeds_m_s``: what was found for those that say no speed themselves (by nozzle), in place of a provisional one.
+    ``speeds_m_s``: what was found for those that say no speed themselves (by nozzle), in place of a provisional one;
+    ``passes``: number found for those that travel, None where the file says it.
 
     ``exposure_time_s`` is the file's, None when it is refused or left out for the feed to say (:func:`feed_says`).
     """
@@ -31,7 +32,7 @@ def read_nozzles(
                 sentence = "missing, and required without exposure_time_s"
                 table.problem("stroke_m", f"{sentence}; {schema.FEED['stroke_m'].allowed}")
     found = speeds_m_s if speeds_m_s and len(speeds_m_s) == len(tables) else [PROVISIONAL_SPEED_m_s] * len(tables)
-    nozzles = [_read_nozzle(table, exposure_time_s, v) for table, v in zip(tables, found)]
+    nozzles = [_read_nozzle(table, exposure_time_s, v, passes) for table, v in zip(tables, found)]
     return None if None in nozzles else tuple(nozzles)
 
 
@@ -74,7 +75,7 @@ def _name(nozzles, n: int) -> str:
     return "nozzle" if len(nozzles) == 1 else f"nozzle[{n + 1}]"
 
 
-def _read_nozzle(table: Table, exposure_time_s: float | None, found_m_s: float) -> Nozzle | None:
+def _read_nozzle(table: Table, exposure_time_s: float | None, found_m_s: float, passes: int | None) -> Nozzle | None:
     table.refuse_others(_KEYS, elsewhere=schema.BELONGS_IN)
     key = speed_key(table)
     values = {"speed_m_s": None if key is None else table.get(key, _SPEED_FIELDS[key])}
@@ -84,14 +85,14 @@ def _read_nozzle(table: Table, exposure_time_s: float | None, found_m_s: float) 
             table.problem(key, f"leads to a speed of {show(found_m_s)} m/s: {problem}")
     values |= table.get_all({k: v for k, v in schema.NOZZLE.items() if k != "speed_m_s"}) | table.get_all(schema.JET)
     before = len(table.log.problems)
-    feed, pulse = _read_feed(table, exposure_time_s), _read_pulse(table)
+    feed, pulse = _read_feed(table, exposure_time_s, passes), _read_pulse(table)
     moving = feed is None and table.data.get(_REST, 0) != 0  # then only for want of an exposure
     if len(table.log.problems) > before or moving or None in values.values():
         return None
     return Nozzle(**values, feed=feed, pulse=pulse)
 
 
-def _read_feed(table: Table, exposure_time_s: float | None) -> Feed | None:
+def _read_feed(table: Table, exposure_time_s: float | None, passes: int | None) -> Feed | None:
     """The feed; None for a nozzle at rest, or (with a problem in the log) when it is refused."""
     speed = table.get(_REST, schema.FEED[_REST])
     given = [key for key in schema.FEED if key in table and key != _REST]
@@ -101,10 +102,10 @@ def _read_feed(table: Table, exposure_time_s: float | None) -> Feed | None:
         for key in given:
             table.problem(key, f"has no effect on a nozzle at rest; allowed: {_REST} above 0, or no {key}")
         return None
-    values = {
-        key: table.get(key, field) for key, field in schema.FEED.items() if key not in (_REST, "stroke_m")
-    }
-    if values["passes"] == 1:
+    found = {} if passes is None or "passes" in table else {"passes": passes}
+    asked = [key for key in schema.FEED if key not in (_REST, "stroke_m", *found)]
+    values = {key: table.get(key, schema.FEED[key]) for key in asked} | found
+    if values["passes"] == 1 and not found:
         for key in ("pitch_m", "dwell_s"):
             if table.data.get(key, 0) != 0:
                 table.problem(key, "has no effect with one pass; allowed 0, or passes from 2 up")

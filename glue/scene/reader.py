@@ -71,12 +71,14 @@ def read_scene(
     if specification is not None and inferred is None and not provisional:
         inferred = inferred_beside(path, content)
     exposure = head.get("exposure_time_s")
-    if specification is not None and specification.coverage_percent is not None and exposure is None:
+    by_coverage = specification is not None and specification.coverage_percent is not None and exposure is None
+    if by_coverage and not feed_says(top):  # else as long as the passes take that were found
         exposure = inferred["exposure_time_s"] if inferred else PROVISIONAL_TIME_s
         if problem := schema.TOP["exposure_time_s"].problem(exposure):
             top.problem("coverage_percent", f"leads to an exposure of {exposure:.4g} s: {problem}")
     media = read_media(top)
-    nozzles = read_nozzles(top, exposure, inferred["speed_m_s"] if inferred else None)
+    passes = (inferred or {}).get("passes", 1) if by_coverage else None
+    nozzles = read_nozzles(top, exposure, inferred["speed_m_s"] if inferred else None, passes)
     exposure = read_exposure(top, exposure, nozzles)
     target = read_target(top, path)
     measured = read_measured(top, path)

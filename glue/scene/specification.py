@@ -81,12 +81,17 @@ def _read_percent(top: Table, nozzles: list) -> float | None:
     percent = top.get("coverage_percent", schema.COVERAGE_PERCENT)
     if "exposure_time_s" in top:
         top.problem("coverage_percent", "contradicts exposure_time_s, which says how long too; allowed one of them")
-    if any(n.get("feed_speed_m_s", 0) not in (0, 0.0) for n in nozzles):
-        top.problem(
-            "coverage_percent",
-            "the exposure of a nozzle that travels follows from its passes; allowed with feed_speed_m_s = 0, or no"
-            " coverage_percent",
-        )
+    for n in nozzles:
+        if n.get("feed_speed_m_s", 0) in (0, 0.0):
+            continue
+        wrong = [key for key in ("passes", "pitch_m") if n.get(key, 0) != 0] + [key for key in ("stroke_m",) if key not in n]
+        if wrong:
+            top.problem(
+                "coverage_percent",
+                f"of a nozzle that travels it finds the number of passes along one line: {wrong[0]} is in the way or missing;"
+                " allowed with stroke_m, without passes and pitch_m",
+            )
+            break
     if percent is not None and 98.0 < percent < 100.0:
         said = "98 % covered is called full, 100 %"
         top.problem("coverage_percent", f"{show(percent)}: {said}; allowed up to 98, or 100 and more")

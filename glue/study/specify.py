@@ -15,6 +15,7 @@ from pathlib import Path
 
 from glue.errors import InputError
 from glue.scene.consistency import estimated_dimple_radius_m
+from glue.scene import schema
 from glue.scene.model import Nozzle, Scene
 from glue.scene.reader import read_bytes, read_scene
 from glue.scene.specification import INFERRED
@@ -90,7 +91,7 @@ def infer(scene: Scene, scene_file: Path, progress: Progress) -> dict:
     scene = dataclasses.replace(scene, nozzles=tuple(nozzles))
     found = {"speed_m_s": [n.speed_m_s for n in nozzles], "exposure_time_s": scene.exposure_time_s}
     if said.coverage_percent is not None:
-        found["exposure_time_s"] = _exposure_s(scene, scene_file, said.coverage_percent, progress, text)
+        found |= _exposure(scene, scene_file, said.coverage_percent, progress, text)
     return found | {"text": text}
 
 
@@ -170,8 +171,8 @@ def _by_setting(nozzle: Nozzle, setting: float, machine: Calibrated, key: str, t
     return dataclasses.replace(nozzle, speed_m_s=_round(found.value))
 
 
-def _exposure_s(scene: Scene, scene_file: Path, percent: float, progress: Progress, text: list[str]) -> float:
-    """Time [s] to ``percent`` of coverage on the target: 100 is the time to 98 %, beyond it multiples of that."""
+def _exposure(scene: Scene, scene_file: Path, percent: float, progress: Progress, text: list[str]) -> dict:
+    """The exposure that covers ``percent``: 100 is 98 %, beyond it multiples of that; {"exposure_time_s", "passes" of a feed}."""
     nozzle, shots = reference_impact(scene)
     material, speed = scene.target.material, nozzle.normal_speed_m_s
     ready_kernels()
@@ -181,22 +182,42 @@ def _exposure_s(scene: Scene, scene_file: Path, percent: float, progress: Progre
     )
     radius = zero_height_radius(impact) * 0.5 * shots.diameter_m
     areas = estimated_areas_m2(scene) * (radius / estimated_dimple_radius_m(shots, speed, material)) ** 2
-    level = min(0.01 * percent, FULL_COVERAGE)
-    time_s = expected_hits(dataclasses.replace(scene, exposure_time_s=1.0), areas).time_to(level)
-    if time_s is None:
+    level, times, lost = min(0.01 * percent, FULL_COVERAGE), max(1.0, 0.01 * percent), energy_lost(scene)
+    off = math.hypot(2.0 * RADIUS_ERROR, 0.5 * lost / (1.0 - lost))
+    expected = (
+        f"expected (Avrami) for dimples of {radius * 1e6:.4g} µm radius at {speed:.4g} m/s, collisions taking {lost:.1%}"
+    )
+    travels = any(n.feed for n in scene.nozzles)
+    once = scene if travels else dataclasses.replace(scene, exposure_time_s=1.0)
+    hits = expected_hits(once, areas)._replace(goes_on=True)  # the same pass, or second, again and again
+    end = hits.time_to(level)
+    if end is None:
         raise InputError(
             f"{scene_file}: coverage_percent: the jets leave a part of the window bare however long it lasts; allowed: a wider"
             " jet_diameter_m, or a smaller window"
         )
-    lost = energy_lost(scene)
-    times = max(1.0, 0.01 * percent)
-    found = _round(time_s / (1.0 - lost) * times)
-    off = math.hypot(2.0 * RADIUS_ERROR, 0.5 * lost / (1.0 - lost))
-    full = f"{percent:g} %"
-    if percent >= 100.0:
-        full += f" is {times:g} times the {time_s / (1.0 - lost):.4g} s to 98 %"
+    full = end / (1.0 - lost)
+    if travels:
+        return _passes(scene, scene_file, percent, full / once.exposure_time_s, times, off, expected, text)
+    found = _round(full * times)
+    said = f"{percent:g} %" + (f" is {times:g} times the {full:.4g} s to 98 %" if percent >= 100.0 else "")
+    text.append(f"exposure_time_s = {found:g} ± {off:.0%} from coverage_percent: {said}; {expected}")
+    return {"exposure_time_s": found}
+
+
+def _passes(scene, scene_file, percent, full: float, times: float, off: float, expected: str, text: list[str]) -> dict:
+    """Whole passes; ``full``: their real number to 98 % (or less, where less is asked for), dwells not counted."""
+    passes = max(1, math.ceil(full * times * (1.0 - 1e-9)))
+    most = schema.FEED["passes"].high
+    if passes > most:
+        raise InputError(
+            f"{scene_file}: coverage_percent: takes {passes} passes; allowed up to {most:g}: a lower feed_speed_m_s or more"
+            " mass_flow_kg_s"
+        )
+    feeds = [dataclasses.replace(n.feed, passes=passes) for n in scene.nozzles if n.feed]
+    said = f" is {times:g} times the {full:.3g} to 98 %" if percent >= 100.0 else ""
     text.append(
-        f"exposure_time_s = {found:g} ± {off:.0%} from coverage_percent: {full}; expected (Avrami) for dimples of"
-        f" {radius * 1e6:.4g} µm radius at {speed:.4g} m/s, collisions taking {lost:.1%}"
+        f"passes = {passes}, {feeds[0].duration_s:.4g} s, from coverage_percent: {percent:g} %{said}: {full * times:.3g} ± {off:.0%},"
+        f" the next whole number; {expected}"
     )
-    return found
+    return {"exposure_time_s": feeds[0].duration_s, "passes": passes}

@@ -92,7 +92,8 @@ def test_all_that_is_wrong_with_a_specification_at_once(problems_of):
         (AT | {"machine.table": TABLE.replace("air_pressure_Pa = 4e5", "wheel_speed_m_s = 40")}, "mixes"),
         (AT | {"machine.curves": '[{ air_pressure_Pa = 3e5, file = "none.csv" }]'}, 'no file "none.csv"'),
         (AT | {"machine.law": "{ air_pressure_Pa = 3e5, speed_m_s = 40.0 }"}, "exponent: missing"),
-        (ASKED | {"nozzle.feed_speed_m_s": "0.02", "nozzle.stroke_m": "0.05"}, "follows from its passes"),
+        (ASKED | {"nozzle.feed_speed_m_s": "0.02"}, "finds the number of passes along one line: stroke_m is in the way or missing"),
+        (ASKED | {"nozzle.feed_speed_m_s": "0.02", "nozzle.stroke_m": "0.05", "nozzle.passes": "3"}, "along one line: passes"),
         (ASKED | {"coverage_percent": "0.98"}, "0.98 a share of one is written 98"),
     ],
 )

@@ -63,6 +63,21 @@ def test_full_coverage_is_98_per_cent_and_200_twice_its_time(library, tmp_path):
     assert half.exposure_time_s == pytest.approx(expected / 2 * 0.693147 / 3.912023, rel=2e-3)
 
 
+def test_of_a_travelling_nozzle_the_passes_are_found(library, tmp_path):
+    """In the middle of its line a pass leaves per area what the jet at rest does in (width over feed speed) of time."""
+    feed = "feed_speed_m_s = 0.05\nstroke_m = 0.04\n"
+    narrow = ("window_m = [0.003, 0.003]", "window_m = [0.0012, 0.0012]")
+    scene, files = specify.read_specified(changed(tmp_path, f=("impact_angle_deg = 90.0", f"{feed}impact_angle_deg = 90.0"), w=narrow))
+    rest, _ = specify.read_specified(changed(tmp_path, w=narrow))
+    # round jet of area A over a point on its middle line: in sight for 2R/v, rate per area q/A the same as at rest
+    exact = rest.exposure_time_s / (0.010 / 0.05)
+    passes = scene.nozzle.feed.passes
+    assert exact * 0.995 <= passes <= exact * 1.005 + 1.0
+    assert scene.exposure_time_s == pytest.approx(passes * 0.04 / 0.05)
+    assert json.loads(files[INFERRED])["passes"] == passes
+    assert any(f"passes = {passes}" in line for line in scene.inferred)
+
+
 def test_a_window_aims_at_its_middle_and_the_machine_gets_its_setting(library, tmp_path):
     path = tmp_path / "window.toml"  # the stand-in reaches no 6A
     path.write_text(example_path("al2024-s230-6-8a").read_text().replace('"6-8A"', '"8-12A"'))

@@ -22,10 +22,12 @@ from glue.study.coverage_stage import refuse_window
 from glue.study.dimple_stage import other_speeds, refuse_dimple, scene_physics
 from glue.study.exposure import estimated_areas_m2, expected_hits, speed_kept
 from glue.study.flow_stage import refuse_flow, restitution_estimate
+from glue.study.intensity_stage import seconds as confirmation_s
 from glue.study.pieces import pieces
 from glue.study.pipeline import choices, default_out
 from glue.study.reference import reference_impact
 from glue.study.target_stage import expected_work, refuse_target, target_warnings
+from glue.target.cell import seconds_per_impact
 
 # YADE, which crosses free flight in one step: seconds per contact at dt = 1 P and to start (24 500 shots with
 # 7500 collisions: 14 s).
@@ -88,6 +90,7 @@ def check(scene: Scene, scene_file: Path | None = None) -> dict:
         "coverage_estimate": float(hits.coverage([scene.exposure_time_s])[0]),
         "flow_cost_estimate_s": _flow_cost_s(scene, flow.model, e),
         "target_cost_estimate_s": work["seconds"],
+        "intensity_cost_estimate_s": confirmation_s(scene, seconds_per_impact(scene.accuracy)),
         "warnings": [*flow.warnings, *_warnings(in_cell, per_pass), *target_warnings(scene, work, exposure)],
         "physics": {block: vars(choice) for block, choice in (physics.choices | impact.choices).items()},
         "pieces": [vars(piece) | {"misfit": piece.misfit} for piece in optional],

@@ -83,6 +83,8 @@ def _facts(scene: Scene, c: dict):
     yield "error of a flow model", f"{errors} (accepted: {scene.accuracy.flow_tolerance:g})"
     yield "flow", f"about {_duration(c['flow_cost_estimate_s'])} on one core ({c['choices']['flow']['model']})"
     yield "target in FreeFEM", f"about {_duration(c['target_cost_estimate_s'])} on one core"
+    if c["intensity_cost_estimate_s"]:
+        yield "intensity confirmed", f"about {_duration(c['intensity_cost_estimate_s'])} on one core, once: cells of strip steel"
 
 
 def _row(what: str, text: str) -> str:

@@ -71,6 +71,15 @@ ROWS = {
         ("collision_number", "collision number", 1, "", 3),
         ("warning", "warning", None, "", 0),
     )),
+    "intensity": ("Almen intensity, confirmed by cells of strip steel", (
+        ("asked_m", "asked for", 1e3, "mm", 4),
+        ("layers_m", "by layers, at the speed found", 1e3, "mm", 4),
+        ("cells_m", "by cells", 1e3, "mm", 4),
+        ("cells_standard_error_relative", "standard error of their mean", 100, "%", 1),
+        ("over_asked", "cells over what was asked for, less one", 100, "%", 1),
+        ("confirmed", "confirmed", None, "", 0),
+        ("warning", "warning", None, "", 0),
+    )),
     "target": ("Target model", (
         ("model", "model", None, "", 0),
         ("impacts", "impacts solved", 1, "", 0),

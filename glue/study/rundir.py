@@ -20,7 +20,7 @@ from glue.atomic import atomic_path, write_text_atomic
 from glue.errors import InputError, SolverFailed
 from glue.study.manifest import DONE, MANIFEST, SCHEMA, differences, read_manifest
 
-STAGE_ORDER = ("dimple", "flow", "coverage", "target", "surface", "uncertainty", "report")
+STAGE_ORDER = ("dimple", "flow", "coverage", "target", "surface", "intensity", "uncertainty", "report")
 METRICS, SCENE, LOCK = "metrics.json", "scene.toml", ".lock"
 
 

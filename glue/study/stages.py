@@ -1,4 +1,4 @@
-"""The seven stages: what each reads, computes, writes into the run directory and reports to metrics.json."""
+"""The stages: what each reads, computes, writes into the run directory and reports to metrics.json."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from glue.atomic import atomic_path
 from glue.study.coverage_stage import coverage_stage, refuse_window
 from glue.study.dimple_stage import dimple_stage, refuse_dimple
 from glue.study.flow_stage import flow_solvers, flow_stage, refuse_flow
+from glue.study.intensity_stage import intensity_solvers, intensity_stage
 from glue.study.plausibility import roughness_warnings
 from glue.study.results import load_dimple, load_impacts, plain
 from glue.study.stage import Stage, Work
@@ -153,6 +154,25 @@ STAGES = (
         surface_stage,
     ),
     Stage(
+        "intensity",
+        (),
+        (
+            *_SCENE,
+            *(f"glue/study/{name}.py" for name in ("intensity_stage", "strip_cells", "shot_stream", "dimple_stage")),
+            "glue/surface/saturation.py",
+            "glue/flow/*.py",
+            "glue/target/*.py",
+            "glue/theory/*.py",
+            "glue/meshes.py",
+            *_AXISYM,
+            *(f"freefem/{name}" for name in _TARGET),
+            *_KERNELS,
+        ),
+        (),
+        intensity_stage,
+        solvers=intensity_solvers,
+    ),
+    Stage(
         "uncertainty",
         (),
         (*_SCENE, "glue/study/uncertainty/*.py", "glue/study/tradeoff/*", "glue/theory/avrami.py", "glue/target/strength.py"),
@@ -166,6 +186,6 @@ STAGES = (
         ("glue/report/*.py", "glue/study/rows.py"),
         ("figures", "report.html"),
         report_stage,
-        uses=("dimple", "flow", "coverage", "target", "surface", "uncertainty"),
+        uses=("dimple", "flow", "coverage", "target", "surface", "intensity", "uncertainty"),
     ),
 )

@@ -124,7 +124,7 @@ def test_the_stages_agree_with_each_other(runs):
 
 def test_the_manifest_says_how_each_stage_came_about(runs):
     manifest = json.loads((runs[0] / "manifest.json").read_text())
-    assert list(manifest["stages"]) == ["dimple", "flow", "coverage", "target", "surface", "uncertainty", "report"]
+    assert list(manifest["stages"]) == ["dimple", "flow", "coverage", "target", "surface", "intensity", "uncertainty", "report"]
     programs = {
         name: [p["program"] for p in record["processes"]] for name, record in manifest["stages"].items()
     }

@@ -197,7 +197,7 @@ def test_the_real_stages_name_their_solvers():
         scene = read_scene(example_path(name))
         return {s.name: s.runs(scene, Path("none")) for s in STAGES}
 
-    others = {"dimple": ("freefem",), "coverage": (), "target": ("freefem",), "surface": (), "uncertainty": (), "report": ()}
+    others = {"dimple": ("freefem",), "coverage": (), "target": ("freefem",), "surface": (), "intensity": (), "uncertainty": (), "report": ()}
     assert of("al2024-s390") == others | {"flow": ("yade",)}
     assert of("mixed-s230-s390-traverse") == others | {"flow": ()}  # event-driven: no YADE needed
 

@@ -182,7 +182,7 @@ STRAIN_RATE = {"thermal": Flag(False, "isothermal; choice of this project")}
 _AUTO = "the models that this version has"
 MODELS = {
     "flow": Word(("auto", "ballistic", "event", "dem"), "auto", "the cheapest that is accurate enough"),
-    "dimple": Word(("auto", "axisymmetric"), "auto", _AUTO),
+    "dimple": Word(("auto", "axisymmetric", "small_strain"), "auto", _AUTO),
     "target": Word(
         ("auto", "layers", "cell", "contact"),
         "auto",

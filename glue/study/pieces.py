@@ -21,11 +21,11 @@ from glue.target import regime
 # Numbers up to which leaving a piece out changes its metric by no more than the tolerance beside it.
 THRESHOLDS = {
     "collisions": BALLISTIC_BELOW, "gravity": 0.01, "air_drag": 0.01, "friction": 0.01, **regime.THRESHOLDS,
-    "heating": 0.003, "friction_in_dimple": 0.05, "kinematic_hardening": 0.4, "overlap": 0.03, "thickness": 0.005,
+    "heating": 0.003, "friction_in_dimple": 0.05, "kinematic_hardening": 0.4, "finite_strain": 0.035, "overlap": 0.03, "thickness": 0.005,
 }  # fmt: skip
 TOLERANCES = {
     "collisions": 0.01, "gravity": 0.01, "air_drag": 0.01, "friction": 0.01, **dict.fromkeys(
-        ("elastic_shot", "target_inertia", "strain_rate", "heating", "friction_in_dimple", "kinematic_hardening"), regime.TOLERANCE),
+        ("elastic_shot", "target_inertia", "strain_rate", "heating", "friction_in_dimple", "kinematic_hardening", "finite_strain"), regime.TOLERANCE),
     "overlap": 0.02, "thickness": 0.02,
 }  # fmt: skip
 
@@ -158,9 +158,10 @@ def _impact(scene: Scene) -> list[Piece]:
               _saved("friction_in_dimple", "the impact's time"))
     )  # fmt: skip
     radius = estimated_dimple_radius_m(shots, speed, target) / (0.5 * shots.diameter_m)
+    model = scene.models.dimple.model
     found.append(
-        Piece("finite strain", "Tabor's strain of the dimple, .2 a/R", regime.TABOR * radius, None,
-              "none", "on", "dimple model axisymmetric, which has no small-strain form", "nothing")
+        Piece("finite strain", "Tabor's strain of the dimple, .2 a/R", regime.TABOR * radius, THRESHOLDS["finite_strain"],
+              _source("finite_strain"), "off" if model == "small_strain" else "on", f"dimple model {model}", "nothing: both cost the same")
     )  # fmt: skip
     return found
 

@@ -24,6 +24,7 @@ class ImpactPhysics:
     friction: float = 0.0  # Coulomb, shot on target, 0 to 1
     elastic_shot: tuple[float, float] | None = None  # Young's modulus [Pa] and Poisson's ratio (0 to .49); None: rigid
     radius_m: float | None = None  # of the shot; needed with rate, ignored without
+    small_strain: bool = False  # strains and stresses as if nothing had moved; contact on the deformed surface all the same
     hits: int = 1  # impacts one after the other at the same place, 1 to 10
 
     def __post_init__(self):

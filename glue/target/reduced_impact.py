@@ -209,6 +209,7 @@ def _parameters(
         Parameter("real", "targetDensity", material.density_kg_m3 * 1e-6, "1e6 kg/m3"),
         Parameter("real", "shotModulus", modulus * 1e-6, "Young's modulus of the shot, MPa; 0: rigid"),
         Parameter("real", "shotNu", float(ratio), "its Poisson's ratio"),
+        Parameter("bool", "smallStrain", int(physics.small_strain), "strains and stresses as if nothing had moved"),
         Parameter("int", "hits", physics.hits, "impacts one after the other at the same place"),
         # 1e-5 of the force at the expected penetration: what counts as no force at all.
         Parameter("real", "forceFloor", 1e-5 * 6 * math.pi * flow_stress * scale.penetration, "MPa R2"),

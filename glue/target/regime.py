@@ -122,6 +122,7 @@ def impact_physics(scene: Scene, shots: Shots, normal_speed_m_s: float) -> Impac
         thermal=on["strain_rate"] and scene.strain_rate.thermal,
         inertia=on["target_inertia"],
         friction=friction,
+        small_strain=scene.models.dimple.model == "small_strain",
         elastic_shot=(shots.E_Pa, shots.nu) if on["elastic_shot"] else None,
         radius_m=0.5 * shots.diameter_m if on["strain_rate"] and has_rate else None,
     )

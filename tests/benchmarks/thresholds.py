@@ -33,6 +33,7 @@ from glue.flow.event_driven import run_event
 from glue.flow.restitution import RestitutionLaw
 from glue.flow.surface import TargetSurface
 from glue.scene.catalogue import material, shot
+from glue.scene.consistency import estimated_dimple_radius_m
 from glue.scene.model import AirDrag, CombinedHardening, Friction, Gravity, HardeningTable
 from glue.study import pieces
 from glue.target import regime
@@ -201,6 +202,14 @@ def kinematic_hardening() -> Iterator[Point]:
         yield _change(pieces.backstress_share(law), on, off, f"X {share:g} of the strength")
 
 
+def finite_strain() -> Iterator[Point]:
+    """Speeds: at finite strain, and as if nothing had moved.  Number: Tabor's strain of the estimated dimple."""
+    for speed in (1.0, 4.0, 8.0, 15.0, 30.0, 60.0):
+        radius = estimated_dimple_radius_m(STEEL, speed, AL2024) / (0.5 * STEEL.diameter_m)
+        on, off = _impact(AL2024, STEEL, speed), _impact(AL2024, STEEL, speed, small_strain=True)
+        yield _change(regime.TABOR * radius, on, off, f"{speed:g} m/s")
+
+
 # --- residual stress -------------------------------------------------------------------------------------------------
 def overlap() -> Iterator[Point]:
     """Largest stress of the layer model against the sum of lone impacts; number: exposure."""
@@ -234,6 +243,7 @@ SWEEPS = {
     "heating": (heating, "change of e or radius"),
     "friction_in_dimple": (friction_in_dimple, "change of e or radius"),
     "kinematic_hardening": (kinematic_hardening, "change of e or radius"),
+    "finite_strain": (finite_strain, "change of e or radius"),
     "overlap": (overlap, "change of the largest stress"),
     "thickness": (thickness, "change of the largest stress"),
 }  # fmt: skip

@@ -53,7 +53,7 @@ def lines(**physics) -> list[str]:
 def test_a_result_is_keyed_by_its_physics_and_by_the_radius_only_with_rate():
     assert lines(radius_m=0.5e-3) == lines(radius_m=0.1e-3) == lines()
     assert lines(rate=True, radius_m=0.5e-3) != lines(rate=True, radius_m=0.1e-3)
-    others = [lines(), lines(inertia=True), lines(friction=0.2), lines(elastic_shot=SHOT), lines(elastic_shot=(70e9, 0.22)),
+    others = [lines(), lines(small_strain=True), lines(inertia=True), lines(friction=0.2), lines(elastic_shot=SHOT), lines(elastic_shot=(70e9, 0.22)),
               lines(hits=2), lines(rate=True, radius_m=0.5e-3)]  # fmt: skip
     assert len({"\n".join(o) for o in others}) == len(others)
 
@@ -137,3 +137,20 @@ def test_hits_on_one_spot(cache):
 def test_a_shot_too_soft_for_small_strains_is_refused(cache):
     with pytest.raises(NotConverged, match="too soft"):
         solve_reduced(AL2024, AL2024.johnson_cook, physics=ImpactPhysics(elastic_shot=(1e9, 0.3)), **INPUTS)
+
+
+@pytest.mark.solver
+def test_small_strain_is_that_of_another_small_strain_solution():
+    """Depth 59.8 um, radius 240 um, e .280: an axisymmetric small-strain solution of this impact on a mesh of a/11."""
+    got = solve_reduced(AL2024, AL2024.johnson_cook, physics=ImpactPhysics(small_strain=True), **INPUTS | {"elements_per_radius": 6})
+    assert -float(got.surface_z[0]) * 500.0 == pytest.approx(59.8, rel=0.02)
+    assert zero_height_radius(got) * 500.0 == pytest.approx(240.0, rel=0.01)
+    assert got.restitution == pytest.approx(0.280, abs=0.005)
+
+
+@pytest.mark.solver
+def test_small_strain_does_nothing_where_strains_are_small():
+    slow = INPUTS | {"speed_m_s": 1.0}
+    small, finite = (solve_reduced(AL2024, AL2024.johnson_cook, physics=ImpactPhysics(small_strain=s), **slow) for s in (True, False))
+    assert small.restitution == pytest.approx(finite.restitution, rel=0.005)
+    assert zero_height_radius(small) == pytest.approx(zero_height_radius(finite), rel=0.005)

@@ -41,21 +41,26 @@ class Job:
         return f"{self.scene_file.stem}: {self.group.name}, {what}, seed {self.seed}"
 
 
-def jobs_of(scene_file: Path, groups: tuple[Group, ...], out: Path) -> list[Job]:
-    """All runs of the scene's ladder.  Raises InputError for a scene, or a rung of it, that cannot be read."""
+def jobs_of(scene_file: Path, groups: tuple[Group, ...], out: Path, short: bool = False) -> list[Job]:
+    """All runs of the scene's ladder; ``short``: those of a set's later scenes, without what is dear.
+
+    Raises InputError for a scene, or a rung of it, that cannot be read.
+    """
     content = scene_file.read_bytes()
     scene = read_scene(scene_file, content=content)
     hits = mean_hits_estimate(scene)
     found = []
     for group in groups:
         share = 1.0 if group.hits is None or hits <= 0.0 else min(1.0, group.hits / hits)
-        for rung in (None, *group.rungs):
-            for k in range(_seeds(group, rung)):
+        for rung in (None, *(r for r in group.rungs if not (short and r.dear))):
+            for k in range(_seeds(group, rung, short)):
                 found.append(_job(scene_file, content, group, rung, scene.seed + k, share, out))
     return found
 
 
-def _seeds(group: Group, rung: Rung | None) -> int:
+def _seeds(group: Group, rung: Rung | None, short: bool) -> int:
+    if short and group.short_seeds is not None:
+        return group.short_seeds
     if rung is None:
         return group.reference_seeds or group.seeds
     return rung.seeds or group.seeds

@@ -38,7 +38,7 @@ def run_ladders(
     Groups and scenes measured before stay in the table.  Raises InputError for a scene that cannot be read.
     """
     files = [find_scene(scene)] if scene else [example_path(name) for name in BUILT_IN]
-    ladders = [jobs_of(file, groups, out) for file in files]  # all of them first: a bad scene must cost no time
+    ladders = [jobs_of(file, groups, out, short=k > 0) for k, file in enumerate(files)]  # all of them first: a bad scene must cost no time
     for file, jobs in zip(files, ladders, strict=True):
         found = measure(jobs, progress, at_a_time=at_a_time)
         old, measured = _old(out / TABLE, file.stem), {g.name for g in groups}

@@ -71,7 +71,7 @@ def _row(group: Group, rung: Rung | None, results: dict[int, dict], reference: d
         **{key: _cost(group, good.values(), key) for key in ("wall_s", "cpu_s", "memory_bytes")},
     }  # fmt: skip
     judged["stage_cpu_s"] = {
-        s: float(np.mean([r["cpu_s"][s] for r in good.values() if s in r["cpu_s"]]))
+        s: float(np.median([r["cpu_s"][s] for r in good.values() if s in r["cpu_s"]]))
         for s in STAGES if any(s in r["cpu_s"] for r in good.values())
     }  # fmt: skip
     judged["work"] = {
@@ -118,10 +118,11 @@ def bound(quantity: dict) -> float | None:
 
 
 def _cost(group: Group, results, key: str) -> float | None:
-    """Of the stage that is judged; of a whole preset and of chance the sum over stages (memory: the largest)."""
+    """Median over seeds (the first run of all compiles), of the stage that is judged; of a whole preset and of chance the sum
+    over stages (memory: the largest)."""
     stages = STAGES if group.stage in ("whole", "seeds") else (group.stage,)
     costs = [[r[key][s] for s in stages if s in r[key]] for r in results]
     costs = [c for c in costs if c]
     if not costs:
         return None
-    return float(np.mean([max(c) if key == "memory_bytes" else sum(c) for c in costs]))
+    return float(np.median([max(c) if key == "memory_bytes" else sum(c) for c in costs]))

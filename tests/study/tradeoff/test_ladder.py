@@ -48,3 +48,13 @@ def test_chance_has_other_seeds_than_its_reference(tmp_path):
     (chance,) = [g for g in GROUPS if g.name == "chance"]
     jobs = jobs_of(example_path("al2024-s390"), (chance,), tmp_path)
     assert not {j.seed for j in jobs if j.rung is None} & {j.seed for j in jobs if j.rung is not None}
+
+
+def test_later_scenes_of_a_set_do_without_what_is_dear(tmp_path):
+    file = example_path("al2024-s110")
+    whole, short = (jobs_of(file, GROUPS, tmp_path, short=s) for s in (False, True))
+    names = {job.folder.name for job in short}
+    assert names < {job.folder.name for job in whole}
+    assert not any(n.startswith("block") for n in names) and not any("preset-reference" in n for n in names)
+    # what is left can still be judged: a reference for every rung
+    assert {job.group.name for job in short} == {job.group.name for job in short if job.rung is None}

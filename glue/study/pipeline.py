@@ -249,6 +249,7 @@ def _teller(progress: Progress, name: str) -> Callable[[float | None, str], None
 
 def _run_one(folder: RunDirectory, stage: Stage, work: Work, record: dict[str, Any]) -> None:
     start, own_cpu = time.monotonic(), time.process_time()
+    record["date"] = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
     with solvers.watch() as ended, _PeakMemory() as own:
 
         def cost() -> dict:

@@ -23,6 +23,7 @@ class Cell(NamedTuple):
     text: str
     raw: str | None = None
     kind: str = ""  # CSS classes, such as "number" or "missing"
+    span: int = 1  # columns that it takes
     bar: float | None = None  # 0 to 1: drawn as a bar of that length instead of the text
 
 
@@ -35,16 +36,18 @@ class Section(NamedTuple):
 
 
 def number(text: str, raw: float | None = None) -> Cell:
-    """A cell aligned as a number, with a true minus sign; ``raw`` is copied with every digit."""
-    return Cell(text.replace("-", "−"), text if raw is None else repr(float(raw)), "number")
+    """A cell aligned as a number, with a true minus sign; ``raw`` is copied in its place, with twelve digits."""
+    return Cell(text.replace("-", "−"), text if raw is None else f"{raw:.12g}", "number")
 
 
 def table(
-    heads: Sequence[str], rows: Iterable[Sequence[str | Cell]], *, label: str, sortable: bool = False, kind: str = ""
-) -> str:
+    heads: Sequence[str], rows: Iterable[Sequence[str | Cell]], *, label: str, titled: bool = False, note: str = "",
+    sortable: bool = False, kind: str = "",
+) -> str:  # fmt: skip
     """A table in its own scrolling box with a button that copies it as tab-separated text; "" without rows.
 
-    ``label``: what it holds, for readers that do not see it.  ``sortable``: a click on a head sorts by it.
+    ``label``: what it holds, for readers that do not see it, and its title when ``titled``; ``note``: a sentence above it;
+    ``sortable``: a click on a head sorts by it; ``kind``: CSS classes.
     """
     body = "".join(f"<tr>{''.join(_cell(cell) for cell in row)}</tr>" for row in rows)
     if not body:
@@ -53,8 +56,11 @@ def table(
     start = '<th scope="col" aria-sort="none"><button type="button">' if sortable else '<th scope="col">'
     end = "</button></th>" if sortable else "</th>"
     head = "".join(f"{start}{escape(text)}{end}" for text in heads)
+    title = f"<h3>{escape(label)}</h3>" if titled else "<span></span>"
     return (
-        '<div class="table"><button type="button" class="copy" hidden>copy</button>'
+        f'<div class="table"><div class="head">{title}'
+        '<button type="button" class="copy" hidden>copy</button></div>'
+        f"{_note(note)}"
         f'<div class="scroll" tabindex="0" role="region" aria-label="{escape(label)}">'
         f"<table{named}><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div></div>\n"
     )
@@ -67,7 +73,12 @@ def _cell(cell: str | Cell) -> str:
         return f'<td class="bars"><span class="bar" style="width:{100.0 * cell.bar:.1f}%"></span></td>'
     kind = f' class="{escape(cell.kind)}"' if cell.kind else ""
     raw = "" if cell.raw is None or cell.raw == cell.text else f' data-raw="{escape(cell.raw)}"'
-    return f"<td{kind}{raw}>{escape(cell.text)}</td>"
+    span = f' colspan="{cell.span}"' if cell.span > 1 else ""
+    return f"<td{kind}{raw}{span}>{escape(cell.text)}</td>"
+
+
+def _note(text: str) -> str:
+    return f'<p class="note">{escape(text)}</p>' if text else ""
 
 
 def bullets(lines: Iterable[str]) -> str:

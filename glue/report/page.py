@@ -50,8 +50,6 @@ def page(
         + provenance.words("Inferred from the specification", manifest.get("inferred", []))
         + provenance.words("Defaults that the scene leaves alone", manifest.get("defaults_used", []))
     )
-    choices, optional = provenance.models(manifest, metrics), provenance.physics(pieces)
-    why = (f"<h3>Models</h3>{choices}" if choices else "") + (f"<h3>Optional physics, all of it</h3>{optional}" if optional else "")
     return document(
         str(manifest.get("scene", "")),
         f"Shot peening from the nozzle to the residual stress · seed {manifest.get('seed', '')}",
@@ -59,7 +57,7 @@ def page(
             Section("result", "Result", results.tiles(metrics) + results.warnings(metrics)),
             Section("figures", "Figures", slider + "".join(figure(*image, DPI) for image in images)),
             Section("scene", "What was peened", modelled if scene else ""),
-            Section("models", "What was modelled, and why", why),
+            Section("models", "What was modelled, and why", provenance.models(manifest, metrics) + provenance.physics(pieces)),
             Section("metrics", "All numbers and their uncertainty", results.all_metrics(metrics)),
             Section("cost", "Cost per stage", provenance.costs(manifest)),
             Section("files", "Files", provenance.files(manifest, run) if manifest.get("stages") else ""),

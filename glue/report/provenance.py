@@ -21,8 +21,8 @@ _EXPORTS = (
 def models(manifest: dict, metrics: dict) -> str:
     """Which model ran at each stage, and what decided it."""
     chosen = choices_made(manifest, metrics).items()
-    rows = [(Cell(stage, kind="short"), Cell(choice["model"], kind="short"), Cell(choice["why"], kind="long")) for stage, choice in chosen]
-    return table(("stage", "model", "why"), rows, label="Models and why")
+    rows = [(Cell(stage, kind="short"), Cell(choice["model"], kind="short"), Cell(choice["why"], kind="why")) for stage, choice in chosen]
+    return table(("stage", "model", "why"), rows, label="Models", titled=True)
 
 
 def physics(pieces: Iterable) -> str:
@@ -36,10 +36,10 @@ def physics(pieces: Iterable) -> str:
     ]  # fmt: skip
     heads = ("physics", "is", "number", "threshold", "the number is", "decided by", "threshold from")
     note = (
-        '<p class="note">A piece matters when its number is above its threshold, at which leaving it out changes its metric by the'
-        " tolerance named last; (!) marks one that is left out although it matters.</p>\n"
+        "A piece matters when its number is above its threshold, at which leaving it out changes its metric by the tolerance named"
+        " last; (!) marks one that is left out although it matters."
     )
-    return note + table(heads, rows, label="Optional physics") if rows else ""
+    return table(heads, rows, label="Optional physics, all of it", titled=True, note=note)
 
 
 def _dimensionless(value: float | None) -> Cell:
@@ -61,9 +61,9 @@ def costs(manifest: dict) -> str:
         for name, record in records
     ]
     total = sum(record["wall_s"] for _, record in records)
-    note = f'<p class="note">{total:.1f} s in all; a stage that was up to date keeps the cost of when it ran.</p>\n'
+    note = f"{total:.1f} s in all; a stage that was up to date keeps the cost of when it ran."
     heads = ("stage", "wall time", "", "processor time", "peak memory")
-    return note + table(heads, rows, label="Cost per stage") if rows else ""
+    return table(heads, rows, label="Cost per stage", note=note)
 
 
 def _seconds(value: float | None) -> str:
@@ -76,8 +76,8 @@ def files(manifest: dict, run: str) -> str:
     rows = [(Cell(name, kind="short"), Cell(sha, kind="hash")) for name, sha in written if not name.startswith("figures/")]
     exports = [(Cell(f"peen export {run} --what {what}", kind="short"), Cell(told, kind="long")) for what, told in _EXPORTS]
     return (
-        table(("command, into export/", "writes"), exports, label="Files for other codes")
-        + table(("file of the run", "sha256"), rows, label="Files of the run")
+        table(("command, into export/", "writes"), exports, label="Files for other codes", titled=True)
+        + table(("file of the run", "sha256"), rows, label="Files of the run", titled=True)
     )  # fmt: skip
 
 

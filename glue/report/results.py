@@ -12,8 +12,9 @@ _HEADLINES = (
     ("coverage", "final"), ("coverage", "time_98_s"), ("residual_stress", "max_compressive_Pa"),
     ("residual_stress", "compressive_depth_m"), ("roughness", "Sa_m"), ("dimple", "radius_m"),
 )  # fmt: skip
+_NARROW = "\u00a0"  # keeps a number and its unit on one line
 _EXPLAINED = (
-    "Intervals hold 95 %; causes are independent and add by squares. Statistical: other arrivals of the same stream;"
+    "Intervals hold 95 %, and the columns after them say what they are made of; causes are independent and add by squares. Statistical: other arrivals of the same stream;"
     " numerical: meshes, steps, rasters and models, as measured on the most similar scene; material law: other published"
     " sets of the alloy, with and without a bound on hardening; restitution and friction: through the collisions of the stream."
 )
@@ -30,7 +31,7 @@ def tiles(metrics: dict) -> str:
         _, label, factor, unit, digits = next(row for row in rows if row[0] == key)
         value = shown(values, key, factor, unit, digits).replace("-", "−")
         half = _half(metrics, section, key)
-        told = "" if half is None else f" ± {_half_text(half, factor, digits)} {unit}".rstrip()
+        told = "" if half is None else f" ±{_NARROW}{_half_text(half, factor, digits)}{_NARROW}{unit}".rstrip()
         big = f"<b>{escape(value)}</b>" if values[key] is not None else f"<span>{escape(value)}</span>"
         found.append(f'<div class="tile"><small>{escape(title)}</small>{big}<small>{escape(label + told)}</small></div>')
     return f'<div class="tiles">{"".join(found)}</div>\n' if found else "<p>No stage has finished.</p>\n"
@@ -53,31 +54,34 @@ def all_metrics(metrics: dict) -> str:
         values = metrics.get(section)
         if not values:
             continue
-        body = [_row(metrics, section, *row) for row in rows if row[0] in values and row[0] != "warning"]
-        heads = ("", "value", "± 95 %", *(f"of it {cause}" for cause in CAUSES.values()), "unit")
-        if all(row[2] == "" for row in body):  # nothing of the section has an interval
-            heads, body = ("", "value", "unit"), [(row[0], row[1], row[-1]) for row in body]
+        known = any(f"{section}.{row[0]}" in metrics.get("uncertainty", {}) for row in rows)
+        body = [_row(metrics, section, known, *row) for row in rows if row[0] in values and row[0] != "warning"]
+        heads = ("", "value", "± 95 %", "unit", *CAUSES.values()) if known else ("", "value", "unit")
         if body:
-            found.append(f"<h3>{escape(title)}</h3>{table(heads, body, label=title, kind='numbers')}")
+            kind = "numbers" if known else "numbers few"
+            found.append(table(heads, body, label=title, titled=True, kind=kind))
     note = f'<p class="note">{_EXPLAINED}</p>\n' if found and "uncertainty" in metrics else ""
     return note + "".join(found)
 
 
-def _row(metrics: dict, section: str, key: str, label: str, factor: float | None, unit: str, digits: int) -> tuple:
+def _row(
+    metrics: dict, section: str, intervals: bool, key: str, label: str, factor: float | None, unit: str, digits: int
+) -> tuple:
+    """A metric as cells: label, value, half width, unit, causes; without ``intervals`` label, value, unit."""
     values = metrics[section]
     value = values[key]
-    blank = [""] * (1 + len(CAUSES))
-    if value is None:
-        return (label, Cell(shown(values, key, factor, unit, digits), kind="missing long"), *blank, "")
-    if factor is None:
-        return (label, Cell(str(value), kind="number"), *blank, "")
-    shown_value = number(shown(values, key, factor, "", digits), value * factor)
+    if value is None or factor is None:
+        text = shown(values, key, factor, unit, digits)
+        return (label, Cell(text, kind="missing" if value is None else "words", span=3 + len(CAUSES) if intervals else 2))
+    first = (label, number(shown(values, key, factor, "", digits), value * factor))
     found = metrics.get("uncertainty", {}).get(f"{section}.{key}")
+    if not intervals:
+        return (*first, unit)
     if not found:
-        return (label, shown_value, *blank, unit)
+        return (*first, "", unit, *[""] * len(CAUSES))
     halves = [found["half_width_95"], *(found["by_cause"].get(cause) for cause in CAUSES)]
     cells = [Cell("unknown", "", "number") if h is None else number(_half_text(h, factor, digits), h * factor) for h in halves]
-    return (label, shown_value, *cells, unit)
+    return (*first, cells[0], unit, *cells[1:])
 
 
 def _half(metrics: dict, section: str, key: str) -> float | None:

@@ -68,9 +68,9 @@ def impact_slider(dimples: Dimples, window_m, end_s: float, curve: tuple[np.ndar
     return (
         f'<figure class="dimples"><h3>{escape(title)}</h3>\n{_picture(dimples, title)}\n'
         f'<div class="controls"><output id="dimples-now">{final}</output>'
-        '<input type="range" min="0" step="1" hidden aria-label="exposure time" aria-describedby="dimples-now"></div>'
-        f"<figcaption>{escape(caption)} Orange: struck since the slider's step before (drag it, or use the arrow keys)."
-        "</figcaption>"
+        '<input type="range" min="0" step="1" hidden aria-label="exposure time" aria-describedby="dimples-now">'
+        "<small hidden>Drag the slider or use the arrow keys; orange: struck since its step before.</small></div>"
+        f"<figcaption>{escape(caption)}</figcaption>"
         f'<script type="application/json">{json.dumps(data, separators=(",", ":"))}</script></figure>\n'
     )
 

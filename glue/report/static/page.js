@@ -3,7 +3,7 @@
 
 // A table as tab-separated text: what a cell shows, or its data-raw with every digit.
 function tableText(table) {
-  const word = cell => (cell.dataset.raw ?? cell.textContent).replace(/\s+/g, " ").trim();
+  const word = cell => (cell.dataset.raw ?? cell.textContent).replace(/\s+/g, " ").trim() + "\t".repeat(cell.colSpan - 1);
   return [...table.rows].map(row => [...row.cells].map(word).join("\t")).join("\n") + "\n";
 }
 
@@ -24,7 +24,7 @@ for (const button of document.querySelectorAll("button.copy")) {
   button.hidden = false;
   button.addEventListener("click", () => {
     const tell = word => { button.textContent = word; setTimeout(() => { button.textContent = "copy"; }, 1500); };
-    copyText(tableText(button.parentElement.querySelector("table"))).then(() => tell("copied"), () => tell("not allowed"));
+    copyText(tableText(button.closest(".table").querySelector("table"))).then(() => tell("copied"), () => tell("not allowed"));
   });
 }
 
@@ -59,8 +59,9 @@ for (const map of document.querySelectorAll(".dimples")) {
     told.textContent = `${data.time_s[k].toFixed(3)} s: ${share}${now} dimples`;
     slider.setAttribute("aria-valuetext", told.textContent);
   };
-  slider.max = slider.value = last;
-  slider.hidden = false;
+  slider.max = last;
+  slider.value = last; // after max, which it is kept below
+  for (const control of map.querySelectorAll("[hidden]")) control.hidden = false;
   slider.addEventListener("input", () => show(+slider.value));
   window.addEventListener("beforeprint", () => show(last));
   window.addEventListener("afterprint", () => show(+slider.value));

@@ -139,8 +139,9 @@ def _as_ours(theirs: dict[str, np.ndarray], count: int, columns: ColumnMap) -> n
         own = np.stack([impacts[name] for name in three])
         if three[0] == "x_m":
             own -= np.array(columns.origin_m)[:, None]
-        for name, values in zip(three, columns.axes @ own, strict=True):
-            impacts[name] = values + 0.0  # + 0.0: no negative noughts
+        for name, row in zip(three, columns.axes, strict=True):
+            k = int(np.abs(row).argmax())  # picked, not multiplied: a value that is not finite stays in its own column
+            impacts[name] = row[k] * own[k] + 0.0  # + 0.0: no negative noughts
     normal = np.stack([impacts[name] for name in ("nx", "ny", "nz")])
     if columns.position == "centre":
         for name, part in zip(("x_m", "y_m", "z_m"), normal, strict=True):

@@ -13,8 +13,10 @@ import sys
 from pathlib import Path
 
 from browser import Browser, chromium, missing, outside_references
+from study_case import write_study
 
 from glue.checkrows import Rows
+from glue.report.study_page import write_study_report
 
 LARGEST_BYTES = 5_000_000
 FAST = {"models": {}, "models.target": "layers", "models.flow": "event", "accuracy": {}, "accuracy.preset": "fast"}
@@ -84,6 +86,20 @@ def check_slider(rows: Rows, browser: Browser, page: Path) -> None:
     rows.below("slider: console warnings and errors", len(complaints), 0, "; ".join(complaints)[:300])
 
 
+def check_sorting(rows: Rows, browser: Browser, page: Path) -> None:
+    """A click on a head of the runs' table sorts by its numbers, another turns the order round."""
+    browser.open(page, "desktop")
+    column = "const t = document.querySelector('th[aria-sort]').closest('table'); const n = t.rows[0].cells.length - 2;"
+    values = column + "return [...t.tBodies[0].rows].map(r => r.cells[n].dataset.raw ?? r.cells[n].textContent).filter(v => v).map(Number)"
+    mark = column + "t.rows[0].cells[n].querySelector('button').click()"
+    before = browser.run(values)
+    browser.run(mark)
+    up = browser.run(values)
+    browser.run(mark)
+    rows.true("study: a click sorts the runs by number", up == sorted(before) and len(set(up)) > 2, f"{len(up)} values")
+    rows.true("study: a second click turns them round", browser.run(values) == up[::-1] or sorted(up, reverse=True) == browser.run(values))
+
+
 def a_run(out: Path) -> Path:
     """The default scene with the fast models in ``out``, run or brought up to date."""
     from glue.scene.derive import changed
@@ -101,6 +117,7 @@ def a_run(out: Path) -> Path:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--run", type=Path, metavar="DIR", help="a run directory whose report is checked (default: one is made)")
+    parser.add_argument("--study", type=Path, metavar="DIR", help="a study's folder (default: one made by hand)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the rows here")
     given = parser.parse_args()
     if missing():
@@ -116,6 +133,10 @@ def main() -> None:
         check_page(rows, browser, run / "report.html", "run", shots)
         check_tables(rows, browser, run / "report.html", "run")
         check_slider(rows, browser, run / "report.html")
+        study = write_study_report(given.study or write_study(out / "study"))
+        check_page(rows, browser, study, "study", shots)
+        check_tables(rows, browser, study, "study")
+        check_sorting(rows, browser, study)
     rows.finish()
 
 

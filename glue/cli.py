@@ -21,7 +21,7 @@ _STAGE_COMMANDS = {
     "coverage": "count coverage over exposure time from the impact log",
     "target": "solve the target under the logged impacts in FreeFEM",
     "surface": "the peened surface's height map and roughness",
-    "report": "draw the figures and write report.html, of what there is",
+    "report": "draw the figures and write report.html, of what there is; of a study's folder the report of the study",
 }
 
 _DESCRIPTION = """Shot peening in numbers: YADE (or a cheaper model that is as good for the scene) simulates
@@ -207,6 +207,12 @@ def _run(args) -> int:
 def _stage(args) -> int:
     from glue.study import pipeline
 
+    if args.stage == "report" and (args.run / "study.json").is_file():
+        from glue.report.study_page import write_study_report
+
+        report = write_study_report(args.run)
+        print(json.dumps({"report": str(report)}) if args.json else f"Report: {report}")
+        return 0
     path = pipeline.rerun(args.run, [args.stage], Progress())
     return _show(path, args.json)
 

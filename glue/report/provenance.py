@@ -5,18 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from html import escape
 
+from glue.report.exports import FOLDER, KINDS
 from glue.report.markup import Cell, bullets, number, table
 from glue.study.rundir import STAGE_ORDER
 from glue.study.summary import choices_made
-
-_EXPORTS = (
-    ("stl", "the peened surface, for CAD and metrology"),
-    ("vtu", "surface, and impacts over time, for ParaView"),
-    ("stress", "initial stress by depth: CSV, and an include for CalculiX and Abaqus"),
-    ("inp", "initial stress for the elements of a mesh of yours (--mesh part.inp)"),
-    ("log", "the impact log as plain CSV in units of your choice"),
-)
-
 
 def models(manifest: dict, metrics: dict) -> str:
     """Which model ran at each stage, and what decided it."""
@@ -74,9 +66,13 @@ def files(manifest: dict, run: str) -> str:
     """The run's own files, and the command for those that other codes read."""
     written = [(name, sha) for _, record in _in_order(manifest) for name, sha in sorted(record.get("outputs", {}).items())]
     rows = [(Cell(name, kind="short"), Cell(sha, kind="hash")) for name, sha in written if not name.startswith("figures/")]
-    exports = [(Cell(f"peen export {run} --what {what}", kind="short"), Cell(told, kind="long")) for what, told in _EXPORTS]
+    options = {"inp": " --mesh part.inp"}
+    exports = [
+        (Cell(f"peen export {run} --what {kind}{options.get(kind, '')}", kind="short"), Cell(told, kind="long"))
+        for kind, (_, told) in KINDS.items()
+    ]
     return (
-        table(("command, into export/", "writes"), exports, label="Files for other codes", titled=True)
+        table((f"command, into {FOLDER}/", "writes"), exports, label="Files for other codes", titled=True)
         + table(("file of the run", "sha256"), rows, label="Files of the run", titled=True)
     )  # fmt: skip
 

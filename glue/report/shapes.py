@@ -10,7 +10,7 @@ import numpy as np
 from glue.atomic import write_text_atomic
 from glue.meshes import write_points, write_sheet
 
-FRAMES = 40  # of the series over time
+FRAMES = 24  # of the series over time
 _MOST_DRAWN = 400_000  # dimples over all frames: fewer frames where there are many
 _CORNERS = 24  # of a dimple
 

@@ -28,10 +28,11 @@ def write_report(run: Path, scene: Scene, complete: frozenset[str]) -> list[str]
     manifest = json.loads((run / "manifest.json").read_text(encoding="utf-8"))
     drawn = draw_figures(run, scene, complete, metrics)
     images = [(f.title, f.caption, f.path.read_bytes()) for f in drawn]
+    imported = metrics.get("flow", {}).get("model") == "imported"
+    optional = pieces(scene, restitution_estimate(scene, run)[0], mean_hits_estimate(scene), imported)
     text = page(
-        scene_rows(scene), manifest, metrics, images, slider=draw_slider(run, scene, complete),
-        pieces=pieces(scene, restitution_estimate(scene, run)[0], mean_hits_estimate(scene)), run=run.name,
-    )  # fmt: skip
+        scene_rows(scene), manifest, metrics, images, slider=draw_slider(run, scene, complete), pieces=optional, run=run.name
+    )
     write_text_atomic(run / "report.html", text)
     return [*(f.path.relative_to(run).as_posix() for f in drawn), "report.html"]
 

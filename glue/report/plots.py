@@ -12,7 +12,7 @@ import numpy as np
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 _WIDTH, _HEIGHT = 360, 250
 _LEFT, _RIGHT, _TOP, _BOTTOM = 58, 12, 14, 46  # margins
-_TICKS = 5
+_TICKS = 7  # at most
 
 
 class Series(NamedTuple):
@@ -81,7 +81,7 @@ def _scale(low: float, high: float) -> tuple[float, float]:
 
 
 def _ticks(low: float, high: float) -> list[float]:
-    """Some five round numbers from ``low`` to ``high``."""
+    """Some four to seven round numbers from ``low`` to ``high``."""
     raw = (high - low) / _TICKS
     power = 10.0 ** math.floor(math.log10(raw))
     step = next(k * power for k in (1, 2, 5, 10) if k * power >= raw)

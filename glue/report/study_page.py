@@ -114,8 +114,7 @@ def _plots(axes: list[dict], rows: list[dict], metrics: list[str]) -> str:
             if found is None:
                 continue
             series, words = found
-            unit = f" [{axis['unit']}]" if axis.get("unit") else ""
-            drawn.append(plot(series, _name(axis) + unit, _titled(shown), words))
+            drawn.append(plot(series, _name(axis) + _unit(axis), _titled(shown), words))
             if len(series) > 1:
                 key += f'<p class="note">Against {escape(_name(axis))}, by {escape(_others(axis, axes))}:</p>' + legend([s.label for s in series])
         if drawn:
@@ -128,7 +127,11 @@ def _plots(axes: list[dict], rows: list[dict], metrics: list[str]) -> str:
 
 
 def _others(axis: dict, axes: list[dict]) -> str:
-    return ", ".join(_name(other) for other in axes if other is not axis)
+    return ", ".join(_name(other) + _unit(other) for other in axes if other is not axis)
+
+
+def _unit(axis: dict) -> str:
+    return f" [{axis['unit']}]" if axis.get("unit") else ""
 
 
 def _series(axis: dict, axes: list[dict], rows: list[dict], name: str, factor: float) -> tuple[list[Series], list[str]] | None:

@@ -127,7 +127,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     accuracy(run)
     run.add_argument("--only", metavar="STAGE", nargs="+", default=[], help="these stages and what they need")
-    run.add_argument("--impacts", metavar="FILE", type=Path, help="an impact log (of peen import, or another run) instead of the flow's own")
+    run.add_argument("--impacts", metavar="FILE", type=Path, help="an impact log from elsewhere (peen import), not the flow's own")
     run.add_argument("--target-error", metavar="E", help="such as 5%%: the cheapest models and numbers whose measured error fits")
     run.add_argument("--budget", metavar="T", help="such as 60s or 5min: the most exact that fits")
 

@@ -62,11 +62,16 @@ def add_commands(add) -> None:
     export.description, export.epilog, export.formatter_class = _EXPORT, _EXPORT_EXAMPLES, raw
     export.add_argument("run", metavar="RUN", type=Path)
     export.add_argument("--what", metavar="KIND", nargs="+", default=[], help="stl, vtu, stress, inp, log (default: all but inp)")
-    export.add_argument("--unit", default="m", metavar="m|mm", help="lengths of STL, mesh and log; mm goes with MPa (default %(default)s)")
-    export.add_argument("--every", type=int, default=1, metavar="N", help="each N-th row and column of the height map (default %(default)s)")
-    export.add_argument("--mesh", type=Path, metavar="FILE", help="inp: your part, .inp (its own element numbers) or .vtu, .msh, …")
-    export.add_argument("--surface", default="z-max", metavar="AXIS-END", help="inp: the peened plane: z-max, x-min, … (default %(default)s)")
-    export.add_argument("--code", default="calculix", metavar="CODE", help="inp: calculix (a line a point) or abaqus (a line an element)")
+
+    def option(name: str, default, metavar: str, help_text: str) -> None:
+        kind = int if isinstance(default, int) else str
+        export.add_argument(name, type=kind, default=default, metavar=metavar, help=f"{help_text} (default %(default)s)")
+
+    option("--unit", "m", "m|mm", "lengths of STL, mesh and log; mm goes with MPa")
+    option("--every", 1, "N", "each N-th row and column of the height map")
+    export.add_argument("--mesh", type=Path, metavar="FILE", help="inp: your part, .inp (its own numbers) or .vtu, .msh, …")
+    option("--surface", "z-max", "AXIS-END", "inp: the peened plane of the mesh: z-max, x-min, …")
+    option("--code", "calculix", "CODE", "inp: calculix (a line an integration point) or abaqus (a line an element)")
 
     brought = add("import", _import, "an impact table of another code as an impact log, checked like our own")
     brought.description, brought.epilog, brought.formatter_class = _IMPORT, _IMPORT_EXAMPLES, raw
@@ -94,18 +99,14 @@ def _import(args) -> int:
 
     impacts, header = read_foreign(args.table, read_map(args.map))
     write_impacts(args.out, impacts, {"scene_hash": None, **header})
-    speed = normal_speed_m_s(impacts)
-    told = {
-        "file": str(args.out), "impacts": len(impacts), "from_s": float(impacts["time_s"][0]), "to_s": float(impacts["time_s"][-1]),
-        "mean_normal_speed_m_s": float(speed.mean()), "largest_normal_speed_m_s": float(speed.max()),
-        "x_m": [float(impacts["x_m"].min()), float(impacts["x_m"].max())], "y_m": [float(impacts["y_m"].min()), float(impacts["y_m"].max())],
-        "diameter_m": [float(impacts["diameter_m"].min()), float(impacts["diameter_m"].max())],
-    }  # fmt: skip
+    spans = {name: impacts[name] for name in ("time_s", "x_m", "y_m", "diameter_m")}
+    spans["normal_speed_m_s"] = normal_speed_m_s(impacts)
+    told = {"file": str(args.out), "impacts": len(impacts)}
+    told |= {name: [float(values.min()), float(values.max())] for name, values in spans.items()}
     if args.json:
         print(json.dumps(told, indent=2))
     else:
         for key, value in told.items():
-            shown = " to ".join(f"{v:.4g}" for v in value) if isinstance(value, list) else f"{value:.6g}" if isinstance(value, float) else value
-            print(f"{key:<26}{shown}")
+            print(f"{key:<18}{' to '.join(f'{v:.4g}' for v in value) if isinstance(value, list) else value}")
         print(f"use it: peen run SCENE --impacts {args.out}")
     return 0

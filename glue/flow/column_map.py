@@ -44,7 +44,8 @@ _SUFFIXES = (("_kg_m3", "density"), ("_rad_s", "spin"), ("_m_s", "speed"), ("_N"
 OURS = tuple(name for name in COLUMNS.names if name != "impact_id")
 NEEDED = ("time_s", "x_m", "y_m", "vx_in_m_s", "vy_in_m_s", "vz_in_m_s", "diameter_m", "density_kg_m3")
 _KEYS = {
-    "schema", "format", "separator", "skip_lines", "timestep_s", "position", "same_impact_s", "origin_m", "axes", "columns", "constants",
+    "schema", "format", "separator", "skip_lines", "timestep_s", "position", "same_impact_s", "origin_m", "axes", "columns",
+    "constants",
 }  # fmt: skip
 
 
@@ -109,7 +110,7 @@ def read_map(path: Path) -> ColumnMap:
         if name not in {*columns, *constants, *implied}:
             refuse(f"columns.{name}", "missing, and required; allowed: the table's column, or a value under [constants]")
     if "restitution" not in constants and not {f"v{axis}_out_m_s" for axis in "xyz"} <= {*columns, *constants}:
-        refuse("constants.restitution", "missing: the table names no velocity after the impact; allowed: 0 to 1, or columns v?_out_m_s")
+        refuse("constants.restitution", "missing: no velocity after the impact is named; allowed: 0 to 1, or columns v?_out_m_s")
     axes = _axes(data.get("axes", {}), refuse)
     if problems:
         raise InputError(problems)

@@ -86,8 +86,8 @@ def _warnings(scene: Scene, impacts: np.ndarray) -> list[str]:
     shots = len(np.unique(impacts["shot_id"]))
     if abs(shots / scene.expected_shots - 1.0) > _FEWER:
         told.append(
-            f"the log has {shots} shots, the scene's jet feeds {scene.expected_shots:.0f}: what is told of the jet (Avrami by mass"
-            " flow, intervals) is the scene's, not the log's"
+            f"the log has {shots} shots, the scene's jet feeds {scene.expected_shots:.0f}: what is told of the jet (Avrami by"
+            " mass flow, intervals) is the scene's, not the log's"
         )
     if last > 1.1 * scene.exposure_time_s:
         told.append(f"the log ends at {last:.3g} s, the scene's exposure_time_s is {scene.exposure_time_s:g}")

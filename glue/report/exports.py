@@ -114,7 +114,7 @@ def _inp(run: Path, scene: Scene, out: Path, options: Options):
         code=options.code, title=scene.name,
     )  # fmt: skip
     return [out / "initial_stress.inp"], [
-        f"{told['elements_stressed']} of {told['elements']} elements have initial stress: as in the part held flat, before it gives way"
+        f"{told['elements_stressed']} of {told['elements']} elements have initial stress: the part held flat, before it gives way"
     ]
 
 

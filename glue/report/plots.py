@@ -39,15 +39,15 @@ def plot(series: Sequence[Series], x_label: str, y_label: str, words: Sequence[s
         return _HEIGHT - _BOTTOM - (np.asarray(values) - y_scale[0]) / (y_scale[1] - y_scale[0]) * (_HEIGHT - _TOP - _BOTTOM)
 
     ticks = list(enumerate(words)) if words else [(t, f"{t:.10g}") for t in _ticks(*x_scale)]
-    parts = [f'<text class="t" x="{across(v):.1f}" y="{_HEIGHT - _BOTTOM + 15}" text-anchor="middle">{_short(w)}</text>' for v, w in ticks]
+    parts = [_text(across(v), _HEIGHT - _BOTTOM + 15, _short(w), "middle", "t") for v, w in ticks]
     for v in _ticks(*y_scale):
         parts.append(f'<path class="g" d="M{_LEFT} {up(v):.1f}H{_WIDTH - _RIGHT}"/>')
-        parts.append(f'<text class="t" x="{_LEFT - 6}" y="{up(v) + 4:.1f}" text-anchor="end">{_short(f"{v:.10g}")}</text>')
+        parts.append(_text(_LEFT - 6, up(v) + 4, _short(f"{v:.10g}"), "end", "t"))
     for k, s in enumerate(series):
         parts.append(_drawn(s, across(s.x), up(s.y), up(s.y - s.bar) - up(s.y), COLOURS[k % len(COLOURS)]))
     base, label = _HEIGHT - _BOTTOM, escape(f"{y_label} against {x_label}")
     parts.append(f'<path d="M{_LEFT} {_TOP}V{base}H{_WIDTH - _RIGHT}" fill="none" stroke="#404040"/>')
-    parts.append(f'<text x="{0.5 * (_LEFT + _WIDTH - _RIGHT):.0f}" y="{_HEIGHT - 10}" text-anchor="middle">{escape(x_label)}</text>')
+    parts.append(_text(0.5 * (_LEFT + _WIDTH - _RIGHT), _HEIGHT - 10, escape(x_label), "middle", "l"))
     style = "text{font:12px system-ui,sans-serif;fill:#1d1d1d}.t{font-size:11px;fill:#444}.g{stroke:#e6e6e6}"
     return f'<svg role="img" aria-label="{label}" viewBox="0 0 {_WIDTH} {_HEIGHT}"><style>{style}</style>{"".join(parts)}</svg>'
 
@@ -61,11 +61,16 @@ def legend(labels: Sequence[str]) -> str:
     return f'<p class="legend">{"".join(items)}</p>\n'
 
 
+def _text(x: float, y: float, words: str, anchor: str, kind: str) -> str:
+    return f'<text class="{kind}" x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{words}</text>'
+
+
 def _drawn(series: Series, x, y, bars, colour: str) -> str:
     order = np.argsort(x, kind="stable")
     line = ""
     if series.joined and x.size > 1:
-        line = f'<path d="M{"L".join(f"{a:.1f} {b:.1f}" for a, b in zip(x[order], y[order]))}" fill="none" stroke="{colour}" stroke-width="1.5"/>'
+        way = "L".join(f"{a:.1f} {b:.1f}" for a, b in zip(x[order], y[order]))
+        line = f'<path d="M{way}" fill="none" stroke="{colour}" stroke-width="1.5"/>'
     barred = "".join(f"M{a:.1f} {b - h:.1f}v{2 * h:.1f}" for a, b, h in zip(x, y, bars) if h > 0.0)
     dots = "".join(f"M{a:.1f} {b:.1f}h0" for a, b in zip(x, y))
     return (

@@ -13,7 +13,10 @@ from glue.study.summary import choices_made
 def models(manifest: dict, metrics: dict) -> str:
     """Which model ran at each stage, and what decided it."""
     chosen = choices_made(manifest, metrics).items()
-    rows = [(Cell(stage, kind="short"), Cell(choice["model"], kind="short"), Cell(choice["why"], kind="why")) for stage, choice in chosen]
+    rows = [
+        (Cell(stage, kind="short"), Cell(choice["model"], kind="short"), Cell(choice["why"], kind="why"))
+        for stage, choice in chosen
+    ]
     return table(("stage", "model", "why"), rows, label="Models", titled=True)
 
 
@@ -28,8 +31,8 @@ def physics(pieces: Iterable) -> str:
     ]  # fmt: skip
     heads = ("physics", "is", "number", "threshold", "the number is", "decided by", "threshold from")
     note = (
-        "A piece matters when its number is above its threshold, at which leaving it out changes its metric by the tolerance named"
-        " last; (!) marks one that is left out although it matters."
+        "A piece matters when its number is above its threshold, at which leaving it out changes its metric by the tolerance"
+        " named last; (!) marks one that is left out although it matters."
     )
     return table(heads, rows, label="Optional physics, all of it", titled=True, note=note)
 
@@ -104,9 +107,9 @@ def _versions(stages) -> list[tuple[str, str]]:
             text = ", ".join(f"{k} {v}" for k, v in version.items()) if isinstance(version, dict) else str(version)
             by_code.setdefault(code, {}).setdefault(text, []).append(name)
     return [
-        (code, next(iter(found)) if len(found) == 1 else "; ".join(f"{text} ({', '.join(names)})" for text, names in found.items()))
+        (code, "; ".join(text if len(found) == 1 else f"{text} ({', '.join(names)})" for text, names in found.items()))
         for code, found in by_code.items()
-    ]  # fmt: skip
+    ]
 
 
 def _in_order(manifest: dict) -> list[tuple[str, dict]]:

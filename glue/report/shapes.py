@@ -42,7 +42,7 @@ def write_surface_vtu(path: Path, x_m, y_m, z_m, hits, every: int = 1) -> None:
 
 
 def write_impacts_vtu(path: Path, impacts: np.ndarray, axes) -> None:
-    """Every impact as a point with its time, velocity, size and dimple; ``axes``: (semi_major, semi_minor, azimuth), (n,) each."""
+    """Every impact as a point with its time, velocity, size and dimple; ``axes``: semi_major, semi_minor, azimuth, each (n,)."""
     velocity = np.column_stack([impacts[f"v{c}_in_m_s"] for c in "xyz"])
     write_points(
         path, np.column_stack([impacts[f"{c}_m"] for c in "xyz"]),
@@ -67,16 +67,16 @@ def write_dimple_series(folder: Path, dimples, end_s: float) -> list[Path]:
         struck = max(struck, 1) if count else 0  # ParaView has no use for a frame of no cells
         path = folder / "dimples" / f"dimples_{k:03d}.vtu"
         own = slice(struck * (_CORNERS + 1))
-        fields = {"time_s": np.repeat(dimples.time_s, _CORNERS + 1)[own], "newest": np.repeat(np.arange(count), _CORNERS + 1)[own]}
+        fields = {"time_s": dimples.time_s, "number": np.arange(count)}
+        fields = {name: np.repeat(values, _CORNERS + 1)[own] for name, values in fields.items()}
         write_sheet(path, points[own], triangles[: struck * _CORNERS], fields)
         written.append(path)
     sets = "".join(
         f'    <DataSet timestep="{t:.9g}" file={quoteattr(p.relative_to(folder).as_posix())}/>\n' for t, p in zip(times, written)
     )
     pvd = folder / "dimples.pvd"
-    write_text_atomic(
-        pvd, f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n{sets}  </Collection>\n</VTKFile>\n'
-    )
+    head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n'
+    write_text_atomic(pvd, f"{head}  <Collection>\n{sets}  </Collection>\n</VTKFile>\n")
     return [pvd, *written]
 
 

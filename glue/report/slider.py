@@ -63,7 +63,8 @@ def impact_slider(dimples: Dimples, window_m, end_s: float, curve: tuple[np.ndar
     title = "Impacts in the window" if whole else "Impacts in the middle of the window"
     caption = f"{part[0]:.3g} × {part[1]:.3g} mm. Dimples to scale; the darker, the more often struck; white: bare."
     if not whole:
-        caption += f" All {1e3 * window_m[0]:g} × {1e3 * window_m[1]:g} mm hold too many dimples to draw; coverage is of all of them."
+        all_of_it = f"{1e3 * window_m[0]:g} × {1e3 * window_m[1]:g} mm"
+        caption += f" All {all_of_it} hold too many dimples to draw; coverage is of all of them."
     final = f"{times[-1]:.3f} s: " + (f"coverage {100 * curve[1][-1]:.1f} %, " if curve else "") + f"{shown[-1]} dimples"
     return (
         f'<figure class="dimples"><h3>{escape(title)}</h3>\n{_picture(dimples, title)}\n'
@@ -93,8 +94,8 @@ def _picture(dimples: Dimples, title: str) -> str:
         f'<rect x="{left:.0f}" y="{top:.0f}" width="{width:.0f}" height="{height:.0f}" fill="none" stroke="#d55e00"'
         f' stroke-width="{0.004 * width:.1f}"/>'
         f'<path d="M{left:.0f} {base:.0f}h{bar:.0f}" stroke="#1d1d1d" stroke-width="{0.2 * size:.1f}"/>'
-        f'<text x="{left + bar + 0.4 * size:.0f}" y="{base + 0.35 * size:.0f}" font-size="{size:.0f}" fill="#1d1d1d">{text}</text>'
-        "</svg>"
+        f'<text x="{left + bar + 0.4 * size:.0f}" y="{base + 0.35 * size:.0f}" font-size="{size:.0f}" fill="#1d1d1d">'
+        f"{text}</text></svg>"
     )
 
 

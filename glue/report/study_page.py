@@ -89,7 +89,8 @@ def _studied(study: dict, axes: list[dict]) -> str:
              ("changed for all runs", ", ".join(f"{k} = {v}" for k, v in (study.get("set") or {}).items()))]  # fmt: skip
     cells = [(Cell(what, kind="short"), Cell(str(value), kind="long")) for what, value in facts if value]
     spans = [(_name(axis), ", ".join(axis.get("keys", [])), _span(axis), axis.get("unit") or "") for axis in axes]
-    return table(("", ""), cells, label="Study") + table(("axis", "key of the scene", "values", "unit"), spans, label="Axes", titled=True)
+    heads = ("axis", "key of the scene", "values", "unit")
+    return table(("", ""), cells, label="Study") + table(heads, spans, label="Axes", titled=True)
 
 
 def _name(axis: dict) -> str:
@@ -113,15 +114,16 @@ def _plots(axes: list[dict], rows: list[dict], metrics: list[str]) -> str:
             found = _series(axis, axes, done, name, shown.factor)
             if found is None:
                 continue
-            series, words = found
-            drawn.append(plot(series, _name(axis) + _unit(axis), _titled(shown), words))
+            series, places = found
+            drawn.append(plot(series, _name(axis) + _unit(axis), _titled(shown), places))
             if len(series) > 1:
-                key += f'<p class="note">Against {escape(_name(axis))}, by {escape(_others(axis, axes))}:</p>' + legend([s.label for s in series])
+                words = escape(f"Against {_name(axis)}, by {_others(axis, axes)}:")
+                key += f'<p class="note">{words}</p>' + legend([s.label for s in series])
         if drawn:
             parts.append(f'<figure><h3>{escape(_titled(shown))}</h3><div class="plots">{"".join(drawn)}</div>{key}</figure>\n')
     note = (
-        '<p class="note">Each point is a setting, its bar 95 %: over replicates where there are several, else as the run itself states.'
-        " Settings that differ in the axis shown alone are joined up.</p>\n"
+        '<p class="note">Each point is a setting, its bar 95 %: over replicates where there are several, else as the run itself'
+        " states. Settings that differ in the axis shown alone are joined up.</p>\n"
     )
     return note + "".join(parts) if parts else ""
 
@@ -196,30 +198,40 @@ def _run(row: dict, keys: list[str], metrics: list[str]) -> list:
         cells.append(row.get(key, "") if value is None else number(f"{value:.5g}", value))
     for name in metrics:
         shown = _shown(name)
-        for value in (_value(row, name), _value(row, f"{name}.u95")):
-            cells.append(Cell("", kind="number") if value is None else number(f"{value * shown.factor:.{shown.digits}f}", value * shown.factor))
+        for column in (name, f"{name}.u95"):
+            value = _value(row, column)
+            told = None if value is None else value * shown.factor
+            cells.append(Cell("", kind="number") if told is None else number(f"{told:.{shown.digits}f}", told))
     return cells
 
 
 def _failures(rows: list[dict]) -> str:
-    found = [(Cell(row["run"], kind="short"), row["state"], Cell(row.get("cause", ""), kind="why")) for row in rows if row["state"] in ("failed", "refused")]
+    found = [
+        (Cell(row["run"], kind="short"), row["state"], Cell(row.get("cause", ""), kind="why"))
+        for row in rows
+        if row["state"] in ("failed", "refused")
+    ]
     return table(("run", "state", "cause"), found, label="Failures")
 
 
 def _cost(costs: list[dict]) -> str:
     """Sums over all runs, stage by stage."""
     stages = list(dict.fromkeys(column.split(".")[0] for row in costs for column in row if column.endswith(".wall_s")))
-    sums = {stage: [sum(_value(row, f"{stage}.{key}") or 0.0 for row in costs) for key in ("wall_s", "cpu_s")] for stage in stages}
+    times = ("wall_s", "cpu_s")
+    sums = {stage: [sum(_value(row, f"{stage}.{key}") or 0.0 for row in costs) for key in times] for stage in stages}
     longest = max((wall for wall, _ in sums.values()), default=0.0) or 1.0
-    rows = [(s, number(f"{wall:.1f} s", wall), Cell("", bar=wall / longest), number(f"{cpu:.1f} s", cpu)) for s, (wall, cpu) in sums.items()]
+    rows = [
+        (stage, number(f"{wall:.1f} s", wall), Cell("", bar=wall / longest), number(f"{cpu:.1f} s", cpu))
+        for stage, (wall, cpu) in sums.items()
+    ]
     total = sum(wall for wall, _ in sums.values())
     note = f"Sums over {len(costs)} runs, {total:.0f} s in all; what runs share is solved once."
     return table(("stage", "wall time", "", "processor time"), rows, label="Cost", note=note)
 
 
 def _provenance(study: dict) -> str:
-    facts = [("study file", study.get("file")), ("begun", study.get("begun")), ("ended", study.get("ended")), ("executor", study.get("executor")),
-             ("sha256 of the inputs", study.get("inputs_sha256"))]  # fmt: skip
+    named = {"file": "study file", "inputs_sha256": "sha256 of the inputs"}
+    facts = [(named.get(key, key), study.get(key)) for key in ("file", "begun", "ended", "executor", "inputs_sha256")]
     for code, version in (study.get("versions") or {}).items():
         facts.append((code, ", ".join(f"{k} {v}" for k, v in version.items()) if isinstance(version, dict) else version))
     cells = [(Cell(what, kind="short"), Cell(str(value), kind="long")) for what, value in facts if value]

@@ -76,7 +76,8 @@ def test_centres_are_put_down_to_where_they_touch(files):
 
 
 def test_all_that_is_wrong_with_a_map_is_told_at_once(files):
-    bad = MAP.replace("schema = 1", "schema = 2\nunits = 3").replace('unit = "ms"', 'unit = "mm"').replace("restitution = 0.5", "restitution = 2")
+    bad = MAP.replace("schema = 1", "schema = 2\nunits = 3").replace('unit = "ms"', 'unit = "mm"')
+    bad = bad.replace("restitution = 0.5", "restitution = 2")
     bad = bad.replace("diameter_m = ", "diametre_m = ").replace('y = "-z"', 'y = "z"')
     told = "\n".join(problems(*files(column_map=bad)))
     for words in (
@@ -103,7 +104,8 @@ def test_what_is_wrong_with_a_table_is_told(files, wrong, words):
 
 def test_a_dump_of_contacts_becomes_impacts(files):
     """Shot 7 is in contact in two snapshots and comes again later; shot 8 once."""
-    snapshot = "ITEM: TIMESTEP\n{}\nITEM: NUMBER OF ENTRIES\n1\nITEM: BOX BOUNDS ff ff ff\n0 1\n0 1\n0 1\nITEM: ENTRIES id x y z vx vy vz\n{}\n"
+    box = "ITEM: BOX BOUNDS ff ff ff\n0 1\n0 1\n0 1\n"
+    snapshot = "ITEM: TIMESTEP\n{}\nITEM: NUMBER OF ENTRIES\n1\n" + box + "ITEM: ENTRIES id x y z vx vy vz\n{}\n"
     rows = ((100, "7 .001 0 0 0 0 -60"), (110, "7 .001 0 0 0 0 -20"), (110, "8 .002 0 0 0 0 -61"), (500, "7 .003 0 0 0 0 -30"))
     column_map = """schema = 1
 format = "dump"

@@ -34,7 +34,8 @@ def test_stl_reads_back(tmp_path, every, scale, count):
     write_stl(tmp_path / "s.stl", X, Y, Z, every=every, scale=scale)
     triangles = read_surface(tmp_path / "s.stl")
     assert triangles.shape == (count, 3, 3)
-    assert triangles.reshape(-1, 3).max(axis=0) == pytest.approx([2e-3 * scale, 1e-3 * scale, Z[::every, ::every].max() * scale], rel=1e-6)
+    largest = scale * np.array([2e-3, 1e-3, Z[::every, ::every].max()])
+    assert triangles.reshape(-1, 3).max(axis=0) == pytest.approx(largest, rel=1e-6)
     assert (tmp_path / "s.stl").stat().st_size == 84 + 50 * count  # binary
 
 
@@ -47,12 +48,13 @@ def test_vtu_has_height_and_hits(tmp_path):
 
 def test_the_series_grows_with_time_and_keeps_areas(tmp_path):
     n = 6
-    dimples = in_part(np.linspace(-1e-3, 1e-3, n), np.zeros(n), np.full(n, 2e-4), np.full(n, 1e-4), np.full(n, 0.3), np.arange(n) + 0.5, (4e-3, 2e-3))
+    major, minor, azimuth = np.full(n, 2e-4), np.full(n, 1e-4), np.full(n, 0.3)
+    dimples = in_part(np.linspace(-1e-3, 1e-3, n), np.zeros(n), major, minor, azimuth, np.arange(n) + 0.5, (4e-3, 2e-3))
     written = write_dimple_series(tmp_path, dimples, float(n))
     sets = ET.parse(tmp_path / "dimples.pvd").getroot().findall(".//DataSet")
     assert [tmp_path / s.get("file") for s in sets] == written[1:]
     times = [float(s.get("timestep")) for s in sets]
-    struck = [len(np.unique(meshio.read(path).point_data["newest"])) for path in written[1:]]
+    struck = [len(np.unique(meshio.read(path).point_data["number"])) for path in written[1:]]
     assert times[-1] == n and struck == [max(1, sum(t0 <= t for t0 in dimples.time_s)) for t in times]
     last = meshio.read(written[-1])
     corners = last.points[last.get_cells_type("triangle")]
@@ -62,8 +64,9 @@ def test_the_series_grows_with_time_and_keeps_areas(tmp_path):
 
 
 def a_run(path, complete):
-    manifest = {"schema": 1, "scene": "s", "seed": 1, "choices": {}, "defaults_used": [], "preset_argument": None, "inputs": {}, "inputs_sha256": "",
-                "scene_sha256": "", "stages": {n: {"state": "complete", "input_sha256": "", "outputs": {}, "metrics": {}} for n in complete}}  # fmt: skip
+    record = {"state": "complete", "input_sha256": "", "outputs": {}, "metrics": {}}
+    manifest = {"schema": 1, "scene": "s", "seed": 1, "choices": {}, "defaults_used": [], "preset_argument": None, "inputs": {}}
+    manifest |= {"inputs_sha256": "", "scene_sha256": "", "stages": dict.fromkeys(complete, record)}
     (path / "manifest.json").write_text(json.dumps(manifest))
     return path
 
@@ -73,7 +76,10 @@ def test_everything_that_stands_against_an_export_is_told_at_once(tmp_path):
     with pytest.raises(InputError) as caught:
         write_exports(run, ("stl", "inp", "step"), Options(every=0, unit="inch"))
     told = "\n".join(caught.value.problems)
-    for words in ("--what step: allowed: stl", "--what stl: needs the stage surface", "--what inp: needs the stage target", "--mesh", "--every 0", "--unit inch"):
+    for words in (
+        "--what step: allowed: stl", "--what stl: needs the stage surface", "--what inp: needs the stage target", "--mesh",
+        "--every 0", "--unit inch",
+    ):  # fmt: skip
         assert words in told, words
     assert not (run / "export").exists()
     with pytest.raises(InputError, match="no run directory"):

@@ -151,7 +151,8 @@ def write_column(path, heights):
         for at in (*corners, *middles):
             node.setdefault(at, len(node) + 1)
         elements.append([node[at] for at in (*corners, *middles)])
-    lines = ["*NODE, NSET=all", *(f"{n}, {a / 2}, {b / 2}, {z[c]:.12g}" for (a, b, c), n in node.items()), "*ELEMENT, TYPE=C3D20R, ELSET=part"]
+    lines = ["*NODE, NSET=all", *(f"{n}, {a / 2}, {b / 2}, {z[c]:.12g}" for (a, b, c), n in node.items())]
+    lines.append("*ELEMENT, TYPE=C3D20R, ELSET=part")
     for number, row in enumerate(elements, 1):
         lines += [", ".join(map(str, [number, *row[:12]])) + ",", ", ".join(map(str, row[12:]))]
     path.write_text("\n".join(lines) + "\n")
@@ -178,10 +179,12 @@ def test_calculix_lets_the_plate_go_to_the_runs_own_free_stress(tmp_path):
                 fixed.append(f"{n}, {axis + 1}")
             elif at[axis] == 2 and at not in (low, high):
                 share = z[at[2]] / h
-                ties += ["*EQUATION", "3", f"{n}, {axis + 1}, 1., {node[low]}, {axis + 1}, {share - 1.0:.12g}, {node[high]}, {axis + 1}, {-share:.12g}"]
+                terms = ((n, 1.0), (node[low], share - 1.0), (node[high], -share))
+                ties += ["*EQUATION", "3", ", ".join(f"{who}, {axis + 1}, {factor:.12g}" for who, factor in terms)]
     (tmp_path / "job.inp").write_text("\n".join([
         "*INCLUDE, INPUT=part.inp", "*MATERIAL, NAME=alu", "*ELASTIC", "73000., .33", "*SOLID SECTION, ELSET=part, MATERIAL=alu",
-        *ties, "*BOUNDARY", *fixed, "*INCLUDE, INPUT=initial_stress.inp", "*STEP", "*STATIC", "*EL PRINT, ELSET=part", "S, COORD", "*END STEP", "",
+        *ties, "*BOUNDARY", *fixed, "*INCLUDE, INPUT=initial_stress.inp", "*STEP", "*STATIC", "*EL PRINT, ELSET=part", "S, COORD",
+        "*END STEP", "",
     ]))  # fmt: skip
     done = subprocess.run(["ccx", "-i", "job"], cwd=tmp_path, capture_output=True, text=True, timeout=120)
     printed = (tmp_path / "job.dat").read_text()

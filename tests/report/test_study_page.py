@@ -39,7 +39,8 @@ def test_replicates_are_averaged_with_students_interval(tmp_path):
 def test_a_single_run_has_its_own_interval(tmp_path):
     rows, axes = rows_and_axes(write_study(tmp_path))
     series, _ = _series(axes[1], axes, [r for r in rows if r["replicate"] == "0"], "roughness.Sa_m", 1e6)
-    assert series[0].bar.tolist() == pytest.approx([1.0] * 3) and series[0].y.tolist() == pytest.approx([20 * s / 60 for s in SPEEDS])
+    assert series[0].bar.tolist() == pytest.approx([1.0] * 3)
+    assert series[0].y.tolist() == pytest.approx([20 * s / 60 for s in SPEEDS])
 
 
 def test_settings_that_differ_in_everything_are_points(tmp_path):

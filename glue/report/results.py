@@ -16,7 +16,8 @@ _NARROW = "\u00a0"  # keeps a number and its unit on one line
 _EXPLAINED = (
     "Intervals hold 95 %, and the columns after them say what they are made of; causes are independent and add by squares."
     " Statistical: other arrivals of the same stream; numerical: meshes, steps, rasters and models, as measured on the most"
-    " similar scene; material law: other published sets of the alloy, with and without a bound on hardening; restitution and friction: through the collisions of the stream."
+    " similar scene; material law: other published sets of the alloy, with and without a bound on"
+    " hardening; restitution and friction: through the collisions of the stream."
 )
 
 

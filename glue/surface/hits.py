@@ -15,8 +15,8 @@ def hit_counts(x_m, y_m, impact_x_m, impact_y_m, semi_major_m, semi_minor_m, azi
     for cx, cy, major, minor, azimuth in zip(impact_x_m, impact_y_m, semi_major_m, semi_minor_m, azimuth_rad, strict=True):
         if not (major > 0.0 and minor > 0.0):
             continue
-        columns = slice(*np.searchsorted(x, (cx - major, cx + major)))
-        rows = slice(*np.searchsorted(y, (cy - major, cy + major)))
+        columns = slice(np.searchsorted(x, cx - major), np.searchsorted(x, cx + major, side="right"))
+        rows = slice(np.searchsorted(y, cy - major), np.searchsorted(y, cy + major, side="right"))
         u, v = x[None, columns] - cx, y[rows, None] - cy
         along, across = u * np.cos(azimuth) + v * np.sin(azimuth), v * np.cos(azimuth) - u * np.sin(azimuth)
         counts[rows, columns] += (along / major) ** 2 + (across / minor) ** 2 <= 1.0

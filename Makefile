@@ -16,7 +16,7 @@ SUDO     := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 export OMP_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-target bench-oblique bench-uncertainty bench-target-error bench-intensity tradeoff fit-collisions fit-layers extremes thresholds readme
+.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-target bench-oblique bench-uncertainty bench-target-error bench-intensity tradeoff fit-collisions fit-layers extremes thresholds check-report readme
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -94,6 +94,12 @@ bench-oblique: plugin ## oblique impacts in three dimensions against the rule fo
 bench-intensity: plugin ## Almen intensity: standards' numbers, round trips, a noisy machine, tables of thumb rules (10 minutes) [INTENSITY=--only NAME]
 	@mkdir -p build/bench
 	$(BIN)/python tests/benchmarks/bench_intensity.py --json build/bench/intensity.json $(INTENSITY)
+
+check-report: plugin ## the reports of a run and of a study in headless Chromium (installed when missing): console, slider, figures, widths, paper
+	@command -v chromium >/dev/null && command -v chromedriver >/dev/null \
+	  || $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends chromium chromium-driver >&2
+	@$(BIN)/python -c 'import selenium' 2>/dev/null || $(BIN)/python -m pip install -q -e '.[browser]'
+	$(BIN)/python tests/report/browser_check.py --json build/report/check.json
 
 extremes: plugin ## the stability map: 500 cells far past normal use, each right, refused with the range, or red (half an hour; goes on where it was)
 	@mkdir -p build/extremes

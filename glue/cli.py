@@ -12,7 +12,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from glue import stopping
+from glue import cli_files, stopping
 from glue.errors import InputError, PeenError
 from glue.target.cache import cache_root
 
@@ -21,7 +21,7 @@ _STAGE_COMMANDS = {
     "coverage": "count coverage over exposure time from the impact log",
     "target": "solve the target under the logged impacts in FreeFEM",
     "surface": "the peened surface's height map and roughness",
-    "report": "draw the figures and write report.html, of what there is",
+    "report": "draw the figures and write report.html, of what there is; of a study's folder the report of the study",
 }
 
 _DESCRIPTION = """Shot peening in numbers: YADE (or a cheaper model that is as good for the scene) simulates
@@ -37,6 +37,8 @@ _EXAMPLES = """examples:
   peen run al2024-s390                           from nozzle to metrics, into runs/al2024-s390-<inputs>
   peen run my.toml --out runs/mine --accuracy fast
   peen run my.toml --only dimple coverage        these stages and what they need
+  peen run my.toml --impacts impacts.csv         with an impact log from elsewhere (peen import)
+  peen export runs/mine                          STL, ParaView, stress and log as files for other codes
   peen report runs/mine                          one stage of a run, again if its inputs changed
   peen dimple --material al2024-t351 --speed 60  one impact
   peen tradeoff my.toml                          what each choice costs and how far off it is, on this scene
@@ -125,6 +127,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     accuracy(run)
     run.add_argument("--only", metavar="STAGE", nargs="+", default=[], help="these stages and what they need")
+    run.add_argument("--impacts", metavar="FILE", type=Path, help="an impact log from elsewhere (peen import), not the flow's own")
     run.add_argument("--target-error", metavar="E", help="such as 5%%: the cheapest models and numbers whose measured error fits")
     run.add_argument("--budget", metavar="T", help="such as 60s or 5min: the most exact that fits")
 
@@ -167,6 +170,7 @@ def _parser() -> argparse.ArgumentParser:
     almen.add_argument("--figure", metavar="FILE.png", type=Path, help="draw the saturation curve")
     accuracy(almen)
 
+    cli_files.add_commands(add)
     add("doctor", _doctor, "versions; do the plugins load, do both solvers answer; what to do when not")
     return parser
 
@@ -196,13 +200,19 @@ def _run(args) -> int:
 
         content, told = chosen_scene(args.scene, args.target_error, args.budget, args.accuracy, args.only)
         print(told, file=sys.stderr, flush=True)
-    path = pipeline.run(args.scene, args.out, args.accuracy, args.only, Progress(), content=content)
+    path = pipeline.run(args.scene, args.out, args.accuracy, args.only, Progress(), content=content, impacts=args.impacts)
     return _show(path, args.json)
 
 
 def _stage(args) -> int:
     from glue.study import pipeline
 
+    if args.stage == "report" and (args.run / "study.json").is_file():
+        from glue.report.study_page import write_study_report
+
+        report = write_study_report(args.run)
+        print(json.dumps({"report": str(report)}) if args.json else f"Report: {report}")
+        return 0
     path = pipeline.rerun(args.run, [args.stage], Progress())
     return _show(path, args.json)
 

@@ -63,6 +63,53 @@ def write_tetrahedra(
         meshio.write(part, mesh, file_format="vtu", compression="zlib")
 
 
+def write_sheet(path: Path, points_m, triangles, point_fields: Mapping[str, np.ndarray]) -> None:
+    """Write triangles with values at their corners: to .vtu (every field) or binary .stl (shape alone, single precision).
+
+    points_m: (n, 3) [m]; triangles: (m, 3) indices, corners anticlockwise as seen from outside; point_fields:
+    {name with unit: (n,)}.  Raises InputError when the shapes do not fit together.
+    """
+    points, cells = np.asarray(points_m, dtype=float), np.asarray(triangles, dtype=np.int64)
+    odd = [name for name, values in point_fields.items() if np.shape(values) != (len(points),)]
+    if odd:
+        raise InputError(f"mesh: {', '.join(odd)} must have one value for each of {len(points)} points")
+    fields = {name: np.asarray(values) for name, values in point_fields.items()}
+    with atomic_path(path) as part:
+        if path.suffix == ".stl":
+            meshio.write(part, meshio.Mesh(points, [("triangle", cells)]), file_format="stl", binary=True)
+        else:
+            mesh = meshio.Mesh(points, [("triangle", cells)], point_data=fields)
+            meshio.write(part, mesh, file_format="vtu", compression="zlib")
+
+
+def write_points(path: Path, points_m, fields: Mapping[str, np.ndarray]) -> None:
+    """Write points (n, 3) [m] with fields {name with unit: (n,)} as .vtu, each point a cell of its own."""
+    points = np.asarray(points_m, dtype=float)
+    cells = [("vertex", np.arange(len(points))[:, None])]
+    data = {name: np.asarray(values) for name, values in fields.items()}
+    with atomic_path(path) as part:
+        meshio.write(part, meshio.Mesh(points, cells, point_data=data), file_format="vtu", compression="zlib")
+
+
+def read_solids(path: Path) -> list[tuple[str, np.ndarray, np.ndarray]]:
+    """Solid elements of a mesh file that meshio knows (.vtu, .msh, …), block by block: (meshio's type, numbers (m,)
+    counted from 1 over the file, nodes (m, k, 3)).
+
+    Raises InputError for a missing or damaged file.
+    """
+    try:
+        mesh = meshio.read(path)
+    # meshio tells a damaged file by whatever its parser meets, or by leaving the interpreter.
+    except (Exception, SystemExit) as problem:
+        raise InputError(f"{path}: cannot be read as a mesh ({problem})") from None
+    found, first = [], 1
+    for block in mesh.cells:
+        numbers = np.arange(first, first + len(block.data))
+        first += len(block.data)
+        found.append((block.type, numbers, np.asarray(mesh.points, dtype=float)[block.data]))
+    return found
+
+
 def read_triangles(path: Path) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
     """(points (n, 3) [m], triangles (m, 3), {field: (m,)}) as :func:`write_triangles` takes them.
 

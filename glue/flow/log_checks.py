@@ -16,11 +16,14 @@ _TOUCH = 1e-6  # distance of a touched point from the surface over the shot's di
 _SAMPLE = 200  # touched points tried on a surface of triangles, where each takes a search
 
 
-def log_problems(scene: Scene, arrivals: np.ndarray, impacts: np.ndarray, surface: TargetSurface) -> list[str]:
+def log_problems(
+    scene: Scene, arrivals: np.ndarray | None, impacts: np.ndarray, surface: TargetSurface, touch: float = _TOUCH
+) -> list[str]:
     """Sentences about what cannot be; empty when ``impacts`` (``impacts.COLUMNS``) may be believed.
 
     Finite, in order of time, of shots that left before, into the target and out of it again, no faster than
-    the stream, with no more energy after than before, and touching the surface.
+    the stream, with no more energy after than before, and touching the surface (``touch``: how far off it they may be, in
+    diameters).  ``arrivals`` None: of a log from elsewhere, nothing is known of where its shots left.
     """
     if not len(impacts):
         return []
@@ -35,17 +38,18 @@ def log_problems(scene: Scene, arrivals: np.ndarray, impacts: np.ndarray, surfac
             problems.append(f"{np.size(holds) - np.count_nonzero(holds)} of {np.size(holds)} impacts: {sentence}")
 
     expect(np.diff(impacts["time_s"]) >= 0.0, "earlier than the one before")
-    shots = np.asarray(impacts["shot_id"])
-    left = (0 <= shots) & (shots < len(arrivals))
-    expect(left, "of shots that never left a nozzle")
-    if left.all():
-        expect(impacts["time_s"] > arrivals["time_s"][shots], "before the shot left its nozzle")
-        same = arrivals["diameter_m"][shots] == impacts["diameter_m"]
-        expect(same, "of another size than the shot that left")
+    if arrivals is not None:
+        shots = np.asarray(impacts["shot_id"])
+        left = (0 <= shots) & (shots < len(arrivals))
+        expect(left, "of shots that never left a nozzle")
+        if left.all():
+            expect(impacts["time_s"] > arrivals["time_s"][shots], "before the shot left its nozzle")
+            same = arrivals["diameter_m"][shots] == impacts["diameter_m"]
+            expect(same, "of another size than the shot that left")
     expect(normal_speed_m_s(impacts) > 0.0, "out of the target instead of into it")
     expect(_energy(impacts, "out") <= (1.0 + _ENERGY) * _energy(impacts, "in"), "with more energy after than before")
     expect(_speed2(impacts, "in") <= _fastest(scene) ** 2, f"faster than {_fastest(scene):.4g} m/s")
-    expect(_off_surface(impacts, surface) <= _TOUCH, "away from the target's surface")
+    expect(_off_surface(impacts, surface) <= touch, "away from the target's surface")
     return problems
 
 

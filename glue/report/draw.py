@@ -9,6 +9,7 @@ import numpy as np
 
 from glue.report import figures, section
 from glue.report.jets import jets_of
+from glue.report.slider import impact_slider, in_part
 from glue.scene.measured import beside
 from glue.scene.model import Scene
 from glue.study.measured import read_profile
@@ -44,6 +45,20 @@ def draw_figures(run: Path, scene: Scene, complete: frozenset[str], metrics: dic
     if dimple is not None:
         drawn.append(_section(out / "dimple.png", dimple))
     return drawn
+
+
+def draw_slider(run: Path, scene: Scene, complete: frozenset[str]) -> str:
+    """HTML of the impact map with a time slider, "" before there are impacts.  Raises InputError for a damaged file."""
+    if not {"dimple", "flow"} <= complete:
+        return ""
+    impacts, window = load_impacts(run, scene), scene.target.window_m
+    axes = dimple_semi_axes(Dimple.load(run / "dimple" / "dimple.npz"), impacts)
+    dimples = in_part(impacts["x_m"], impacts["y_m"], *axes, impacts["time_s"], window)
+    curve = None
+    if "coverage" in complete:
+        table = _columns(run / "coverage.csv")
+        curve = table["time_s"], table["coverage"]
+    return impact_slider(dimples, window, max([scene.exposure_time_s, *dimples.time_s[-1:]]), curve)
 
 
 def _impacts(path, run, scene, dimple) -> Figure:

@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from glue.errors import InputError
+from glue.flow import surface
 from glue.flow.arrivals import check_stream
+from glue.flow.imported import IMPORTED, check_imported, use_imported
 from glue.flow.regime import choose_flow
 from glue.flow.restitution import LARGEST, RestitutionLaw
 from glue.flow.run import check_law, run_flow
@@ -28,6 +30,10 @@ _METRICS = (
 def flow_stage(work: Work) -> tuple[dict, list[str]]:
     """Every shot's way from the nozzle to the target; writes the impact log."""
     law = restitution_law(work.scene, load_dimple(work.path))
+    if (work.path / IMPORTED).exists():
+        shape = surface.from_scene(work.scene, target_triangles(work.scene, work.scene_file))
+        info = use_imported(work.scene, work.path / IMPORTED, work.path / "flow", shape, law.e)
+        return {"flow": _told(info)}, ["flow/impacts.csv", "flow/flow.json"]
     flow = run_flow(
         work.scene,
         work.scene_file,
@@ -37,12 +43,17 @@ def flow_stage(work: Work) -> tuple[dict, list[str]]:
         progress=work.progress,
         go_on=work.go_on,
     )
-    metrics = plain({k: flow.info[k] for k in _METRICS})
-    if flow.info["warnings"]:
-        metrics["warning"] = "; ".join(flow.info["warnings"])
-    if flow.info["physics"]:
-        metrics["physics"] = flow.info["physics"]
-    return {"flow": metrics}, ["flow/arrivals.csv", "flow/impacts.csv", "flow/flow.json"]
+    return {"flow": _told(flow.info)}, ["flow/arrivals.csv", "flow/impacts.csv", "flow/flow.json"]
+
+
+def _told(info: dict) -> dict:
+    """The section ``flow`` of metrics.json."""
+    metrics = plain({k: info[k] for k in _METRICS})
+    if info["warnings"]:
+        metrics["warning"] = "; ".join(info["warnings"])
+    if info["physics"]:
+        metrics["physics"] = info["physics"]
+    return metrics
 
 
 def restitution_law(scene: Scene, dimple) -> RestitutionLaw:
@@ -95,7 +106,9 @@ def restitution_estimate(scene: Scene, path: Path | None = None) -> tuple[float,
 
 
 def flow_solvers(scene: Scene, path: Path) -> tuple[str, ...]:
-    """YADE, but only where the flow model is that of contacts."""
+    """YADE, but only where the flow model is that of contacts, and none where the log is from elsewhere."""
+    if (path / IMPORTED).exists():
+        return ()
     e, _ = restitution_estimate(scene, path)
     return ("yade",) if choose_flow(scene, e).model == "dem" else ()
 
@@ -103,7 +116,9 @@ def flow_solvers(scene: Scene, path: Path) -> tuple[str, ...]:
 def refuse_flow(scene: Scene, scene_file: Path) -> None:
     """Raise InputError for what the flow would refuse, hours of a dimple later: stream, surface, restitution."""
     check_stream(scene)
-    target_triangles(scene, scene_file)
+    triangles, log = target_triangles(scene, scene_file), scene_file.with_name(IMPORTED)
+    if log.exists():
+        check_imported(scene, log, surface.from_scene(scene, triangles))
     asked = scene.restitution.shot_target
     if asked != "from_dimple":
         hardening = scene.restitution.hardening

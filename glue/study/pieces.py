@@ -70,10 +70,13 @@ class Piece:
         return None not in (self.number, self.threshold) and self.decision == "off" and self.number > self.threshold
 
 
-def pieces(scene: Scene, restitution: float, hits_per_point: float) -> list[Piece]:
+def pieces(scene: Scene, restitution: float, hits_per_point: float, imported: bool = False) -> list[Piece]:
     """All optional physics of ``scene`` in the order of the data; ``restitution`` on the target and the window's mean
-    ``hits_per_point``: estimates."""
-    return [*_stream(scene, restitution), *_impact(scene), *_target(scene, hits_per_point)]
+    ``hits_per_point``: estimates.  ``imported``: the impact log is from elsewhere, so nothing is decided of the stream."""
+    stream = _stream(scene, restitution)
+    if imported:
+        stream = [replace(piece, decision="-", why="the impact log is from elsewhere", saving="nothing") for piece in stream]
+    return [*stream, *_impact(scene), *_target(scene, hits_per_point)]
 
 
 def _source(name: str) -> str:

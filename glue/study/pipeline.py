@@ -9,6 +9,7 @@ from typing import Any
 
 from glue import solvers, stopping
 from glue.errors import InputError, PeenError
+from glue.flow.imported import IMPORTED, content_of, sha256_of
 from glue.flow.regime import choose_flow, resolve_physics
 from glue.scene.model import Scene
 from glue.scene.reader import example_names, example_path, read_bytes, read_scene, resolved_dict
@@ -35,9 +36,15 @@ def find_scene(argument: str) -> Path:
     return shipped
 
 
-def default_out(scene: Scene) -> Path:
+def default_out(scene: Scene, impacts: Path | None = None) -> Path:
     """``runs/<scene name>-<8 hex of the inputs>``."""
-    return Path("runs") / f"{scene.name}-{digest(resolved_dict(scene))[:8]}"
+    return Path("runs") / f"{scene.name}-{digest(_resolved(scene, impacts))[:8]}"
+
+
+def _resolved(scene: Scene, impacts: Path | None) -> dict:
+    """The inputs: the scene in SI units, and what the log from elsewhere is (``impacts``: where; None or absent: none)."""
+    brought = {} if impacts is None or not impacts.exists() else {"imported_impacts_sha256": sha256_of(impacts)}
+    return resolved_dict(scene) | brought
 
 
 def run(
@@ -48,10 +55,12 @@ def run(
     progress: Progress = lambda stage, fraction, text: None,
     stages: Sequence[Stage] | None = None,
     content: bytes | None = None,
+    impacts: Path | None = None,
 ) -> Path:
     """Run a scene (file or shipped name) into ``out`` and return the run directory.
 
     ``content`` takes the place of the scene file's (the same scene with some keys changed).
+    ``impacts``: an impact log that takes the place of the flow's own; it is copied into the run.
     ``only`` names the stages wanted; what they need is brought up to date first. Raises InputError
     before any solver starts, SolverFailed or NotConverged with the run directory in a note.
     """
@@ -62,7 +71,8 @@ def run(
     scene_file = find_scene(scene_argument)
     content = read_bytes(scene_file) if content is None else content  # once: what is checked is what is run, and a pipe gives it only once
     scene, beside = read_specified(scene_file, preset=preset, content=content, progress=progress)
-    path = out or default_out(scene)
+    brought = {} if impacts is None else {IMPORTED: content_of(impacts)}
+    path = out or default_out(scene, impacts)
     facts = {
         "scene": scene.name,
         "seed": scene.seed,
@@ -71,8 +81,8 @@ def run(
         "defaults_used": list(scene.defaults_used),
     }
     with RunDirectory.create_or_continue(
-        path, scene=content, preset=preset, resolved=resolved_dict(scene), facts=facts,
-        companions=companions(scene, scene_file) | beside,
+        path, scene=content, preset=preset, resolved=_resolved(scene, impacts), facts=facts,
+        companions=companions(scene, scene_file) | beside | brought,
     ) as folder:
         _run_stages(folder, scene, wanted, stages, progress)
     return path
@@ -86,7 +96,7 @@ def rerun(path: Path, only: Sequence[str], progress: Progress, stages: Sequence[
         if not folder.scene_file.is_file():
             raise InputError(f"{folder.scene_file}: is gone; peen run SCENE --out {path} restores it")
         scene = read_scene(folder.scene_file, preset=folder.manifest["preset_argument"])
-        if digest(resolved_dict(scene)) != folder.manifest["inputs_sha256"]:
+        if digest(_resolved(scene, path / IMPORTED)) != folder.manifest["inputs_sha256"]:
             raise InputError(
                 f"{folder.scene_file}: was changed after the run was made (or the catalogue was);"
                 " run it into a new directory"
@@ -249,6 +259,7 @@ def _teller(progress: Progress, name: str) -> Callable[[float | None, str], None
 
 def _run_one(folder: RunDirectory, stage: Stage, work: Work, record: dict[str, Any]) -> None:
     start, own_cpu = time.monotonic(), time.process_time()
+    record["date"] = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
     with solvers.watch() as ended, _PeakMemory() as own:
 
         def cost() -> dict:

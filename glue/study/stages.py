@@ -183,7 +183,7 @@ STAGES = (
     Stage(
         "report",
         (),
-        ("glue/report/*.py", "glue/study/rows.py"),
+        ("glue/report/*.py", "glue/report/static/*", "glue/study/rows.py", "glue/study/pieces.py"),
         ("figures", "report.html"),
         report_stage,
         uses=("dimple", "flow", "coverage", "target", "surface", "intensity", "uncertainty"),

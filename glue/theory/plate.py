@@ -25,6 +25,21 @@ def released_stress(depth, constrained, thickness: float):
     return s - force / thickness - 12.0 * moment * (z - 0.5 * thickness) / thickness**3
 
 
+def clamped_stress(depth, released, faded: int):
+    """Stress of the clamped plate from that of the free one, (n,) arrays: what ``released_stress`` took away put back.
+
+    faded: number of the last entries where the clamped plate bears no stress (3 or more), so that what is there is the
+    straight line of the release.  Raises ValueError when they do not lie on one.
+    """
+    z, s = np.asarray(depth, dtype=float), np.asarray(released, dtype=float)
+    if not 3 <= faded <= z.size:
+        raise ValueError(f"{faded} entries of {z.size} do not tell a line; 3 or more are needed")
+    line = np.polynomial.Polynomial.fit(z[-faded:], s[-faded:], 1)(z)
+    if np.abs(s - line)[-faded:].max() > 1e-6 * np.abs(s).max():
+        raise ValueError("the stress towards the back is no straight line")
+    return s - line
+
+
 def curvature_1_m(depth, constrained, thickness: float, E_Pa: float, nu: float) -> float:
     """Curvature [1/m] that a plate takes when it is let go; positive: bulging towards the peened side (depth 0).
 

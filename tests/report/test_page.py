@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import re
 from dataclasses import MISSING, fields
 from html.parser import HTMLParser
 
@@ -13,8 +14,10 @@ import pytest
 from glue.errors import InputError
 from glue.flow.impacts import COLUMNS, write_impacts
 from glue.flow.arrivals import scene_hash
-from glue.report.page import page, scene_rows, write_report
+from glue.report.page import page, write_report
+from glue.report.scene_rows import scene_rows
 from glue.scene.reader import example_path, read_scene
+from glue.study.pieces import Piece
 from glue.target.dimple import Dimple
 
 PNG = b"\x89PNG\r\n\x1a\nnot a real picture"
@@ -41,9 +44,12 @@ class Balance(HTMLParser):
         self.open, self.text, self.links = [], [], []
 
     def handle_starttag(self, tag, attrs):
-        self.links += [value for key, value in attrs if key in ("src", "href")]
-        if tag not in ("meta", "img"):
+        self.links += [value for key, value in attrs if key == "src"]
+        if tag not in ("meta", "img", "link", "input", "rect", "path", "circle", "ellipse"):
             self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        pass
 
     def handle_endtag(self, tag):
         assert self.open.pop() == tag
@@ -62,7 +68,7 @@ def read(html):
 def test_numbers_units_reasons_and_choices_are_on_the_page():
     parser, text = read(page([("Speed", "60 m/s")], MANIFEST, METRICS, [("One dimple", "its section", PNG)]))
     for words in (
-        "99.12 %", "not determined: ends at <.98", "−233 MPa", "107 µm", "1.23 µm", "plane", "60 m/s",
+        "99.12 %", "not determined: ends at <.98", "−233", "107", "1.23 µm", "plane", "60 m/s",
         "seed 7", "collision number 0.3 > 0.01", "friction.shot_target = 0.2 (source)", "12.3 s", "200 MB",
         "its section",
     ):  # fmt: skip
@@ -70,10 +76,28 @@ def test_numbers_units_reasons_and_choices_are_on_the_page():
     assert "<b>bold</b> & co" in text  # as text, not as markup
 
 
-def test_page_needs_nothing_from_outside():
-    parser, _ = read(page([], MANIFEST, METRICS, [("t", "c", PNG)]))
+def test_page_needs_nothing_from_outside_and_may_ask_for_nothing():
+    html = page([], MANIFEST, METRICS, [("t", "c", PNG)])
+    parser, _ = read(html)
     assert parser.links == ["data:image/png;base64," + base64.b64encode(PNG).decode()]
-    assert "script" not in page([], MANIFEST, METRICS, [])
+    assert "http:" not in html and "https:" not in html
+    assert "default-src 'none'" in html
+
+
+def test_an_interval_is_shown_with_its_causes_in_the_printed_unit():
+    found = {"value": -233.4e6, "half_width_95": 50e6, "mostly": "numerical", "by_cause": {
+        "statistical": 3e6, "numerical": 49.91e6, "material_law": 0.0, "restitution_friction": None}}  # fmt: skip
+    html = page([], MANIFEST, METRICS | {"uncertainty": {"residual_stress.surface_Pa": found}}, [])
+    start = html.index("at the surface")
+    row = html[start : html.index("</tr>", start)]
+    assert re.findall(r">([^<]+)</td>", row) == ["−233", "50", "MPa", "3", "50", "0", "unknown"]
+    assert 'data-raw="-233.4"' in row  # what the copy button takes
+
+
+def test_physics_left_out_although_it_matters_is_marked():
+    left_out = Piece("drag", "change of a shot's energy", 0.3, 0.01, "make thresholds", "off", "no such block", "nothing")
+    _, text = read(page([], MANIFEST, METRICS, [], pieces=[left_out]))
+    assert "off (!)" in text and "0.3" in text
 
 
 def test_page_of_a_run_that_has_just_begun():

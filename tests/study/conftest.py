@@ -65,7 +65,7 @@ def go(tmp_path):
         dimple().save(work.path / "dimple" / "dimple.npz")
         return {"dimple": {"radius_m": 0.22e-3}}, ["dimple/dimple.npz"]
 
-    def run(model, nozzle="", target="", flow=0.01, name="run"):
+    def run(model, nozzle="", target="", flow=0.01, name="run", impacts=None):
         scene = SCENE.format(model=model, nozzle=nozzle, target=target, flow=flow)
         if "feed_speed" in nozzle:
             scene = scene.replace("exposure_time_s = 0.2\n", "")
@@ -75,7 +75,7 @@ def go(tmp_path):
             Stage("dimple", (), (), ("dimple",), stand_in),
             *(dataclasses.replace(chosen[n], code=()) for n in ("flow", "coverage", "surface")),
         )
-        out = pipeline.run(str(tmp_path / "scene.toml"), tmp_path / name, stages=stages)
+        out = pipeline.run(str(tmp_path / "scene.toml"), tmp_path / name, stages=stages, impacts=impacts)
         return out, json.loads((out / "metrics.json").read_text())
 
     return run

@@ -1,0 +1,147 @@
+"""Impact tables from elsewhere: units, axes and signs come out right, and whatever is wrong is told at once."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from glue.errors import InputError
+from glue.flow.column_map import read_map
+from glue.flow.foreign_log import read_foreign, write_plain
+from glue.flow.impacts import COLUMNS
+
+# Two shots in mm and ms, y up, of a code that counts a fall as positive; the second one is logged first.
+TABLE = """made by another code
+Time,Pos X,Pos Y,Pos Z,Vel X,Fall,Vel Z,Diameter
+4.0,1.5,10.0,-2.0,100,50000,200,0.8
+2.0,-1.0,10.0,0.5,0,60000,0,1.0
+"""
+MAP = """schema = 1
+skip_lines = 1
+origin_m = [0, 0.010, 0]
+axes = {x = "x", y = "-z", z = "y"}
+[columns]
+time_s = {column = "Time", unit = "ms"}
+x_m = {column = "Pos X", unit = "mm"}
+y_m = {column = "Pos Y", unit = "mm"}
+z_m = {column = "Pos Z", unit = "mm"}
+vx_in_m_s = {column = "Vel X", unit = "mm/s"}
+vy_in_m_s = {column = "Fall", unit = "mm/s", factor = -1}
+vz_in_m_s = {column = "Vel Z", unit = "mm/s"}
+diameter_m = {column = "Diameter", unit = "mm"}
+[constants]
+density_kg_m3 = 7800
+restitution = 0.5
+"""
+
+
+@pytest.fixture
+def files(tmp_path):
+    def write(table=TABLE, column_map=MAP):
+        (tmp_path / "table.csv").write_text(table)
+        (tmp_path / "map.toml").write_text(column_map)
+        return tmp_path / "table.csv", tmp_path / "map.toml"
+
+    return write
+
+
+def read(table, column_map):
+    return read_foreign(table, read_map(column_map))
+
+
+def problems(table, column_map):
+    with pytest.raises(InputError) as caught:
+        read(table, column_map)
+    return caught.value.problems
+
+
+def test_units_axes_and_order_of_time(files):
+    impacts, header = read(*files())
+    assert impacts["time_s"].tolist() == pytest.approx([2e-3, 4e-3])
+    assert impacts["shot_id"].tolist() == [1, 0] and impacts["impact_id"].tolist() == [0, 1]
+    first, second = impacts
+    # our y is its -z, our z its y less the 10 mm of the origin
+    assert [first[n] for n in ("x_m", "y_m", "z_m")] == pytest.approx([-1e-3, -0.5e-3, 0.0])
+    assert [second[n] for n in ("vx_in_m_s", "vy_in_m_s", "vz_in_m_s")] == pytest.approx([0.1, -0.2, -50.0])
+    # restitution .5 of the normal speed, the tangential one kept
+    assert [second[n] for n in ("vx_out_m_s", "vy_out_m_s", "vz_out_m_s")] == pytest.approx([0.1, -0.2, 25.0])
+    assert first["diameter_m"] == pytest.approx(1e-3) and first["nz"] == 1.0 and np.isnan(first["peak_force_N"])
+    assert header["model"] == "imported" and header["source"] == "table.csv" and len(header["source_sha256"]) == 64
+
+
+def test_centres_are_put_down_to_where_they_touch(files):
+    raised = MAP.replace("[columns]", 'position = "centre"\n[columns]')
+    impacts, _ = read(*files(column_map=raised))
+    assert impacts["z_m"] == pytest.approx([-0.5e-3, -0.4e-3])
+
+
+def test_all_that_is_wrong_with_a_map_is_told_at_once(files):
+    bad = MAP.replace("schema = 1", "schema = 2\nunits = 3").replace('unit = "ms"', 'unit = "mm"')
+    bad = bad.replace("restitution = 0.5", "restitution = 2")
+    bad = bad.replace("diameter_m = ", "diametre_m = ").replace('y = "-z"', 'y = "z"')
+    told = "\n".join(problems(*files(column_map=bad)))
+    for words in (
+        "units: unknown key", "schema: 2", "columns.time_s: unit 'mm' is none of a time", "columns.diametre_m: no column",
+        "columns.diameter_m: missing", "constants.restitution: 2", "axes: mirror the table",
+    ):  # fmt: skip
+        assert words in told, words
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        (TABLE.replace("Fall", "Drop"), "has no column 'Fall'; it has Time, Pos X"),
+        (TABLE.replace("60000", "fast"), "a row cannot be read"),
+        (TABLE.replace("60000", "-60000"), "1 of 2 impacts move out of the target"),
+        (TABLE.replace(",0.8", ",-0.8"), "diameter_m: not positive in 1 rows"),
+        (TABLE.replace("1.5,", "nan,"), "x_m: not finite"),
+        ("one\n" + TABLE.split("\n")[1] + "\n", "holds no impact"),
+    ],
+)
+def test_what_is_wrong_with_a_table_is_told(files, wrong, words):
+    assert words in "\n".join(problems(*files(table=wrong)))
+
+
+def test_a_dump_of_contacts_becomes_impacts(files):
+    """Shot 7 is in contact in two snapshots and comes again later; shot 8 once."""
+    box = "ITEM: BOX BOUNDS ff ff ff\n0 1\n0 1\n0 1\n"
+    snapshot = "ITEM: TIMESTEP\n{}\nITEM: NUMBER OF ENTRIES\n1\n" + box + "ITEM: ENTRIES id x y z vx vy vz\n{}\n"
+    rows = ((100, "7 .001 0 0 0 0 -60"), (110, "7 .001 0 0 0 0 -20"), (110, "8 .002 0 0 0 0 -61"), (500, "7 .003 0 0 0 0 -30"))
+    column_map = """schema = 1
+format = "dump"
+timestep_s = 1e-6
+same_impact_s = 2e-5
+[columns]
+shot_id = "id"
+x_m = "x"
+y_m = "y"
+z_m = "z"
+vx_in_m_s = "vx"
+vy_in_m_s = "vy"
+vz_in_m_s = "vz"
+[constants]
+diameter_m = 1e-3
+density_kg_m3 = 7800
+restitution = 0.4
+"""
+    impacts, _ = read(*files("".join(snapshot.format(*row) for row in rows), column_map))
+    assert impacts["shot_id"].tolist() == [7, 8, 7]
+    assert impacts["time_s"].tolist() == pytest.approx([100e-6, 110e-6, 500e-6])
+    assert impacts["vz_in_m_s"].tolist() == [-60.0, -61.0, -30.0]
+
+
+@pytest.mark.parametrize("units", [{}, {"length": "mm", "speed": "mm/s", "time": "us", "density": "g/cm3", "spin": "rpm"}])
+def test_our_own_log_comes_back(tmp_path, units):
+    rng = np.random.default_rng(3)
+    impacts = np.zeros(50, COLUMNS)
+    for name in COLUMNS.names:
+        impacts[name] = rng.uniform(0.1, 1.0, 50) if COLUMNS[name].kind == "f" else rng.integers(0, 3, 50)
+    impacts["time_s"], impacts["impact_id"] = np.sort(impacts["time_s"]), np.arange(50)
+    impacts["nx"], impacts["ny"], impacts["nz"], impacts["vz_in_m_s"] = 0.0, 0.6, 0.8, -60.0
+    write_plain(tmp_path / "a.csv", impacts, units, tmp_path / "a.toml")
+    found, _ = read(tmp_path / "a.csv", tmp_path / "a.toml")
+    for name in COLUMNS.names:
+        if units:
+            assert found[name] == pytest.approx(impacts[name], rel=1e-14), name
+        else:
+            assert np.array_equal(found[name], impacts[name]), name

@@ -16,7 +16,7 @@ SUDO     := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 export OMP_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup peen test plugin doctor checks bench-dimple bench-flow bench-target bench-oblique bench-uncertainty bench-target-error bench-intensity tradeoff fit-collisions fit-layers extremes thresholds check-report readme
+.PHONY: help setup peen test test-all tools plugin doctor checks bench-dimple bench-flow bench-target bench-oblique bench-uncertainty bench-target-error bench-intensity tradeoff fit-collisions fit-layers extremes thresholds check-report readme
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -43,6 +43,14 @@ peen: plugin ## the main job: run a scene from nozzle to metrics [SCENE=al2024-s
 # A missing solver is a failure here, never a skip.  On all cores; a file's tests stay together, they share what they solved.
 test: plugin ## all tests, those that run YADE and FreeFem++ included
 	PEEN_REQUIRE_SOLVERS=1 $(BIN)/python -m pytest -n auto --dist loadfile
+
+test-all: plugin tools test ## make test, and what needs CalculiX and headless Chromium (installed when missing)
+tools: setup
+	@command -v ccx >/dev/null && command -v chromium >/dev/null && command -v chromedriver >/dev/null || { \
+	  install="$(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends calculix-ccx chromium chromium-driver"; \
+	  $$install >&2 || { $(SUDO) apt-get update -q >&2 && $$install >&2; }; }
+	@$(BIN)/python -c 'import selenium' 2>/dev/null || $(BIN)/python -m pip install -q -e '.[browser]'
+test-all: export PEEN_REQUIRE_TOOLS := 1
 
 plugin: setup ## compile the FreeFEM kernels into build/plugin (skipped when up to date)
 	@$(BIN)/python -c 'from glue.solvers import build_plugin; print("kernels:", build_plugin())'
@@ -95,10 +103,7 @@ bench-intensity: plugin ## Almen intensity: standards' numbers, round trips, a n
 	@mkdir -p build/bench
 	$(BIN)/python tests/benchmarks/bench_intensity.py --json build/bench/intensity.json $(INTENSITY)
 
-check-report: plugin ## the reports of a run and of a study in headless Chromium (installed when missing): console, slider, figures, widths, paper
-	@command -v chromium >/dev/null && command -v chromedriver >/dev/null \
-	  || $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends chromium chromium-driver >&2
-	@$(BIN)/python -c 'import selenium' 2>/dev/null || $(BIN)/python -m pip install -q -e '.[browser]'
+check-report: plugin tools ## the reports of a run and of a study in headless Chromium (installed when missing): console, slider, figures, widths, paper
 	$(BIN)/python tests/report/browser_check.py --json build/report/check.json
 
 extremes: plugin ## the stability map: 500 cells far past normal use, each right, refused with the range, or red (half an hour; goes on where it was)

@@ -22,7 +22,7 @@ pytestmark = pytest.mark.browser
 def browser():
     if missing():
         reason = f"{', '.join(missing())} not installed; make check-report installs them"
-        pytest.fail(reason) if os.environ.get("PEEN_REQUIRE_BROWSER") == "1" else pytest.skip(reason)
+        pytest.fail(reason) if os.environ.get("PEEN_REQUIRE_TOOLS") == "1" else pytest.skip(reason)
     with chromium() as found:
         yield found
 

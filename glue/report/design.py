@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from glue.study.design.design import Design
 from glue.study.design.evaluate import Evaluation
 from glue.study.design.goals import Quantity, Target
@@ -45,6 +47,8 @@ def front_plot(result: Design) -> Path:
             axes.scatter([_in_unit(result.winner, quantity)], [_in_unit(result.winner, first.quantity)], marker="*", s=170,
                          color=_WINNER, zorder=4, label="proposed")  # fmt: skip
         axes.set(xlabel=_label(quantity), ylabel=_label(first.quantity))
+        if quantity.path == "coverage.final":
+            _coverage_scale(axes)
         axes.grid(alpha=0.3)
         axes.legend(fontsize=7, loc="best")
     file = result.out / FIGURE
@@ -69,6 +73,17 @@ def front_of(result: Design, quantity: Quantity, sign: int, target: Target | Non
             best = cost
             kept.append(e)
     return kept
+
+
+def _coverage_scale(axes) -> None:
+    """Per cent evenly by the hits per point that they mean, -ln(1 - C): else all that matters lies on one line."""
+    full = 100.0 * (1.0 - 1e-5)
+
+    def hits(percent):
+        return -np.log1p(-np.clip(percent, 0.0, full) / 100.0)
+
+    axes.set_xscale("function", functions=(hits, lambda h: -100.0 * np.expm1(-h)))
+    axes.set_xticks([50, 90, 98, 99.8, 99.99], ["50", "90", "98", "99.8", "99.99"])
 
 
 def _in_unit(e: Evaluation, quantity: Quantity) -> float:

@@ -23,7 +23,9 @@ from glue.target.physics import ImpactPhysics
 from glue.target.reduced_impact import Numerics, solve_reduced
 from glue.target.speeds import solve_speeds
 
-RATIO = math.sqrt(2.0)  # of neighbouring speeds: at a/3 half way between them Sa is within .5 %, stress within .3 % of solved
+# Of neighbouring speeds.  Against impacts solved at five speeds between, 24 to 88 m/s on 2024 at a/3: radius within .15 %,
+# depth .1 %, dent's volume .4 %, restitution .8 %, peak force 1 %, largest layer stress .03 %.
+RATIO = math.sqrt(2.0)
 _CURVES = ("radius", "depth", "restitution", "peak_force", "contact_time", "largest_peeq")
 
 

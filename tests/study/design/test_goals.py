@@ -77,7 +77,8 @@ def test_what_the_scene_says_itself():
 
 
 def test_axes():
-    written = ["nozzle.speed_m_s=20:100", "nozzle.mass_flow_kg_s=0.005:0.05:log", "nozzle.passes=1:4:int", "shots.grade=S110,S230"]
+    written = ["nozzle.speed_m_s=20:100", "nozzle.mass_flow_kg_s=0.005:0.05:log", "nozzle.passes=1:4:int"]
+    written.append("shots.grade=S110,S230")
     speed, flow, passes, grade = read_axes(written)
     assert [speed.at(0.0), speed.at(0.5), flow.at(0.5)] == pytest.approx([20.0, 60.0, 0.01581])
     assert [passes.at(s) for s in (0.0, 0.3, 0.99)] == [1, 2, 4] and isinstance(passes.at(0.3), int)

@@ -35,7 +35,7 @@ def write_history(path: Path, evaluations: Sequence[Evaluation], axes: Sequence[
 def read_history(path: Path, axes: Sequence[Axis], goals: Goals) -> list[Evaluation]:
     """What ``write_history`` wrote, [] for no file.  Raises InputError for one that cannot be read."""
     try:
-        rows = list(csv.DictReader(path.read_text(encoding="utf-8").splitlines()))
+        rows = list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8"), newline="")))
         return [_evaluation(row, axes, goals) for row in rows]
     except FileNotFoundError:
         return []
@@ -45,7 +45,7 @@ def read_history(path: Path, axes: Sequence[Axis], goals: Goals) -> list[Evaluat
 
 def _evaluation(row: dict[str, str], axes: Sequence[Axis], goals: Goals) -> Evaluation:
     readings = {}
-    for q in goals.quantities:
+    for q in goals.quantities if row["state"] == "done" else ():
         cells = [row[name] for name in (q.path, f"{q.path} half_width_95_rerun", f"{q.path} half_width_95")]
         readings[q.path] = None if "" in cells else Reading(*map(float, cells))
     if row["state"] not in ("done", "refused"):

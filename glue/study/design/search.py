@@ -33,9 +33,9 @@ def settings_of_round(
     axes: Sequence[Axis], goals: Goals, known: Sequence[Evaluation], start: int, seed: int
 ) -> list[dict[str, object]]:
     """The ROUND settings numbered from ``start``, by the evaluations ``known`` below it; fewer when no others are left."""
-    tried = {_key(e.values) for e in known if e.number < start}
+    earlier = sorted((e for e in known if e.number < start), key=lambda e: e.number)  # not as they happened to end
+    tried = {_key(e.values) for e in earlier}
     found: list[dict[str, object]] = []
-    earlier = [e for e in known if e.number < start]
     for number in range(start, start + ROUND):
         for attempt in range(_TRIES):
             values = _proposal(axes, goals, earlier, number, attempt, seed)

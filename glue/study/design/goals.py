@@ -181,7 +181,7 @@ def quantity(name: str, option: str, problems: list[str]) -> Quantity | None:
 
 
 def _paths() -> list[str]:
-    rows = [f"{section}.{row[0]}" for section, (_, rows) in ROWS.items() for row in rows if row[2] is not None]
+    rows = [f"{section}.{row[0]}" for section in _STAGE for row in ROWS[section][1] if row[2] is not None]
     return [*rows, "scene.exposure_time_s", "scene.shot_mass_kg"]
 
 

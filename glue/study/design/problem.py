@@ -24,7 +24,7 @@ from glue.study.rundir import digest
 from glue.target.cache import content_key
 
 # The fast models: shots that meet but never overlap (milliseconds a thousand), layers fed by one impact.
-SEARCH = {"accuracy": {"preset": "fast"}, "models": {"flow": "event", "target": "layers"}}
+SEARCH = {"accuracy": {"preset": "fast"}, "models.flow": "event", "models.target": "layers"}
 RECORD = "problem.json"
 MAX_AXES = 8  # corners of the window are looked at one by one
 

@@ -16,7 +16,7 @@ SUDO     := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 export OMP_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup peen test test-all tools plugin doctor checks bench-dimple bench-flow bench-target bench-oblique bench-uncertainty bench-target-error bench-intensity tradeoff fit-collisions fit-layers extremes thresholds check-report readme
+.PHONY: help setup peen test test-all tools plugin doctor checks bench-dimple bench-flow bench-target bench-oblique bench-uncertainty bench-target-error bench-intensity tradeoff fit-collisions fit-layers extremes thresholds check-report readme bench-design bench-dilute bench-trends
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -105,6 +105,17 @@ bench-intensity: plugin ## Almen intensity: standards' numbers, round trips, a n
 
 check-report: plugin tools ## the reports of a run and of a study in headless Chromium (installed when missing): console, slider, figures, widths, paper
 	$(BIN)/python tests/report/browser_check.py --json build/report/check.json
+bench-design: plugin ## a design, and its proposal re-run at balanced with fresh seeds (10 minutes; goes on where it was)
+	@mkdir -p build/bench
+	$(BIN)/python tests/benchmarks/bench_design.py --json build/bench/design.json
+
+bench-dilute: setup ## coverage in the dilute limit against Avrami, mean and scatter of 500 seeds (2 minutes)
+	@mkdir -p build/bench
+	$(BIN)/python tests/benchmarks/bench_dilute.py --json build/bench/dilute.json
+
+bench-trends: plugin ## how t98 and the dimple go with mass flow, angle, diameter and speed; collisions against Avrami (5 minutes)
+	@mkdir -p build/bench
+	$(BIN)/python tests/benchmarks/bench_trends.py --json build/bench/trends.json
 
 extremes: plugin ## the stability map: 500 cells far past normal use, each right, refused with the range, or red (half an hour; goes on where it was)
 	@mkdir -p build/extremes

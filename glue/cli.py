@@ -12,7 +12,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from glue import cli_files, stopping
+from glue import cli_design, cli_files, stopping
 from glue.errors import InputError, PeenError
 from glue.target.cache import cache_root
 
@@ -45,6 +45,7 @@ _EXAMPLES = """examples:
   peen dimple --material ti6al4v --speeds 1:120  a library of dimples over the speed
   peen intensity --curve arcs.csv                Almen intensity of a measured saturation curve
   peen intensity al2024-s390 --strip A           the same of a strip in the scene's jet, simulated
+  peen design al2024-s390 --target 'coverage>=98%' --minimise Sa --vary nozzle.speed_m_s=20:100 --vary exposure_time_s=1:10
 
 exit codes: 0 done, 2 bad input, 3 a solver failed, 4 a solver did not converge, 130 stopped by Ctrl-C"""
 
@@ -171,6 +172,8 @@ def _parser() -> argparse.ArgumentParser:
     accuracy(almen)
 
     cli_files.add_commands(add)
+    cli_design.add_parser(commands, lambda args: cli_design.run_design(args, Progress()))
+
     add("doctor", _doctor, "versions; do the plugins load, do both solvers answer; what to do when not")
     return parser
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -34,7 +35,7 @@ from glue.target.contact import (
     patch_side_m,
     solve_contact,
 )
-from glue.target.layers import CALIBRATED, solve_layers
+from glue.target.layers import CALIBRATED, LayerShape, solve_layers
 from glue.target.part import part_profile, strip_arc_height_m
 from glue.target.patch import choose_patches, refuse_too_long
 
@@ -53,14 +54,14 @@ class Solved(NamedTuple):
     files: list[str]
 
 
-def target_stage(work: Work) -> tuple[dict, list[str]]:
-    """Residual stress under the logged impacts."""
+def target_stage(work: Work, models: Mapping[str, Callable] | None = None) -> tuple[dict, list[str]]:
+    """Residual stress under the logged impacts; ``models``: {name: (work, impacts, dimple) -> Solved} in place of the usual."""
     scene = work.scene
     impacts, dimple = load_impacts(work.path, scene), load_dimple(work.path)
     if not impacts_to_solve(scene, impacts, dimple):
         return unpeened(scene), []
     model = scene.models.target.model
-    solved = _MODELS[model](work, impacts, dimple)
+    solved = (models or _MODELS)[model](work, impacts, dimple)
     thickness, material = scene.target.thickness_m, scene.target.material
     initial = scene.target.initial_stress
     profile, scatter = mean_profile([part_profile(each, thickness, initial, material) for each in solved.profiles])
@@ -228,9 +229,11 @@ def restitution_columns(impacts: np.ndarray, result) -> dict[str, np.ndarray]:
     }
 
 
-def _layers(work: Work, impacts: np.ndarray, dimple) -> Solved:
-    ready_kernels()
-    result = solve_layers(work.scene, impacts, dimple, work.progress)
+def layers(work: Work, impacts: np.ndarray, dimple, shape: LayerShape | None = None) -> Solved:
+    """The layer model; ``shape`` of its one impact when it is known already."""
+    if shape is None:
+        ready_kernels()
+    result = solve_layers(work.scene, impacts, dimple, work.progress, shape)
     target = {"impacts": result.impacts, "exposure": result.exposure, "dofs": None, "wall_s": result.wall_s}
     target["dofs_reason"] = "closed forms fed by one impact's solution"
     if result.warnings:
@@ -238,4 +241,4 @@ def _layers(work: Work, impacts: np.ndarray, dimple) -> Solved:
     return Solved([result], target, _NO_STRAIN_COVERAGE, [])
 
 
-_MODELS = {"cell": _cell, "contact": _contact, "layers": _layers}
+_MODELS = {"cell": _cell, "contact": _contact, "layers": layers}

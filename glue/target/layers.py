@@ -123,11 +123,12 @@ class LayersResult:
 
 
 def solve_layers(
-    scene: Scene, impacts: np.ndarray, dimple: Dimple, progress: Callable[[float, str], None] | None = None
-) -> LayersResult:
+    scene: Scene, impacts: np.ndarray, dimple: Dimple, progress: Callable[[float, str], None] | None = None,
+    shape: LayerShape | None = None,
+) -> LayersResult:  # fmt: skip
     """The model for ``scene``'s target under the logged ``impacts`` (structured) that fall into its window.
 
-    Solves one impact with the bounded law, or takes it from the cache.  Depths scale with the radii that ``dimple``
+    Solves one impact with the bounded law, or takes it from the cache, unless its ``shape`` is given.  Depths scale with the radii that ``dimple``
     gives each impact.  Raises InputError (see ``layer_profile``), SolverFailed, NotConverged.
     """
     material, (width, height) = scene.target.material, scene.target.window_m
@@ -135,11 +136,12 @@ def solve_layers(
     radii = dimple.radius_for(here["diameter_m"], normal_speed_m_s(here), here["density_kg_m3"])
     energy = normal_energy_J(here) / (0.5 * dimple.density_kg_m3 * math.pi / 6.0 * dimple.diameter_m**3 * dimple.speed_m_s**2)
     left = radii > 0.0
-    impact = solve_reduced(
-        material, material.combined, speed_m_s=dimple.speed_m_s, density_kg_m3=dimple.density_kg_m3,
-        elements_per_radius=scene.accuracy.dimple_elements_per_radius, progress=progress,
-    )  # fmt: skip
-    shape = layer_shape(impact, material.combined, dimple.radius_m / (0.5 * dimple.diameter_m))
+    if shape is None:
+        impact = solve_reduced(
+            material, material.combined, speed_m_s=dimple.speed_m_s, density_kg_m3=dimple.density_kg_m3,
+            elements_per_radius=scene.accuracy.dimple_elements_per_radius, progress=progress,
+        )  # fmt: skip
+        shape = layer_shape(impact, material.combined, dimple.radius_m / (0.5 * dimple.diameter_m))
     ratio = energy[left] * (dimple.radius_m / radii[left]) ** 3
     return layer_profile(shape, material, radii[left], width * height, work_ratio=ratio)
 

@@ -60,10 +60,20 @@ def disc_overlap_m2(radius_m, distance_m):
 def coverage_sd(coverage: float, radius_m, window_m: tuple[float, float], *, points: int = 200) -> float:
     """Standard deviation of the coverage found in one rectangular window, exact for Poisson impacts.
 
-    Two points at distance d are both bare with probability exp(-lambda (2 - L(d)/<pi r^2>)), L the mean
-    overlap of two discs at that distance (Robbins 1944), so the bare share has the variance
-    1/A^2 * integral over both points of (1-C)^2 (exp(lambda L(d)/<pi r^2>) - 1).  Only d < 2 r contributes,
-    and over a rectangle the angle integrates in closed form.
+    Arguments and errors of :func:`coverage_covariance`.
+    """
+    return math.sqrt(coverage_covariance([coverage], radius_m, window_m, points=points)[0, 0])
+
+
+def coverage_covariance(coverage, radius_m, window_m: tuple[float, float], *, points: int = 200) -> np.ndarray:
+    """Covariance (k, k) of the coverages found in one rectangular window when (k,) ``coverage`` are expected.
+
+    They belong to k times of one growing process: the impacts of the earlier time are among those of the later.  Of two
+    points at distance d, one bare at an exposure lambda_1 and one at lambda_2 >= lambda_1, both are so with probability
+    exp(-lambda_2 - lambda_1 (1 - L(d)/<pi r^2>)), L the mean overlap of two discs at that distance (Robbins 1944, at one
+    time).  So the bare shares have the covariance 1/A^2 * integral over both points of
+    (1-C_1)(1-C_2)(exp(lambda_1 L(d)/<pi r^2>) - 1).  Only d < 2 r contributes, and over a rectangle the angle integrates
+    in closed form.
 
     radius_m: one radius or a sample of equally likely radii [m]; window_m: (width, height), each at least
     twice the largest radius (InputError otherwise); points: Gauss points in distance.
@@ -71,17 +81,18 @@ def coverage_sd(coverage: float, radius_m, window_m: tuple[float, float], *, poi
     radii = np.unique(np.atleast_1d(np.asarray(radius_m, dtype=float)), return_counts=True)
     radius, weight = radii[0], radii[1] / radii[1].sum()
     width, height = window_m
-    if not 0.0 <= coverage < 1.0:
+    expected = np.asarray(coverage, dtype=float)
+    if not ((expected >= 0.0) & (expected < 1.0)).all():
         raise InputError(f"coverage = {coverage}: must lie in [0, 1)")
     if 2.0 * radius[-1] > min(width, height):
         raise InputError(
             f"window_m = {window_m}: each side must be at least twice the largest radius, {radius[-1]} m"
         )
-    exposure = -math.log1p(-coverage) / (math.pi * float(weight @ radius**2))  # impacts per area
+    per_area = -np.log1p(-expected) / (math.pi * float(weight @ radius**2))  # impacts
     node, gauss = np.polynomial.legendre.leggauss(points)
     d = radius[-1] * (node + 1.0)  # 0 .. 2 r_max
     overlap = weight @ disc_overlap_m2(radius[:, None], d[None, :])
-    covariance = (1.0 - coverage) ** 2 * np.expm1(exposure * overlap)
+    shared = np.expm1(np.minimum.outer(per_area, per_area)[..., None] * overlap)
     pairs = d * (0.5 * math.pi * width * height - (width + height) * d + 0.5 * d**2)
-    variance = 4.0 / (width * height) ** 2 * radius[-1] * float(gauss @ (covariance * pairs))
-    return math.sqrt(variance)
+    bare = np.multiply.outer(1.0 - expected, 1.0 - expected)
+    return 4.0 / (width * height) ** 2 * radius[-1] * bare * (shared @ (gauss * pairs))

@@ -1,0 +1,158 @@
+"""A whole design with stand-ins for the runs: restart, verdicts, files, exit codes."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from made_up import AXES, GOALS, TARGETS, VARY, evaluation, refused  # noqa: E402
+
+from glue import cli  # noqa: E402
+from glue.errors import InputError  # noqa: E402
+from glue.scene.reader import read_scene  # noqa: E402
+from glue.study.design import confirm, design  # noqa: E402
+from glue.study.design.axes import read_axes  # noqa: E402
+from glue.study.design.goals import read_goals  # noqa: E402
+from glue.study.design.problem import claim, read_problem  # noqa: E402
+from glue.study.design.text import design_text  # noqa: E402
+
+SCENE = "al2024-s390"
+
+
+@pytest.fixture
+def runs(monkeypatch):
+    """Stand-ins for the solvers; ``runs.ran``: numbers of evaluations and seeds of re-runs; ``runs.weak``: stress of both."""
+
+    class Runs:
+        ran: list[int] = []
+        strength, again = 290e6, 290e6
+
+    found = Runs()
+    found.ran = []
+
+    def fast(problem, shared, number, values, folder, progress=None):
+        found.ran.append(number)
+        return refused(number) if number == 3 else evaluation(number, values, strength=found.strength)
+
+    def finer(problem, values, folder, preset, seed, progress=None):
+        found.ran.append(seed)
+        return evaluation(seed, values, strength=found.again)
+
+    monkeypatch.setattr(design, "_evaluate", fast)
+    monkeypatch.setattr(confirm, "rerun", finer)
+    monkeypatch.setattr(design, "share_dimples", lambda *_: (None, "made up"))
+    return found
+
+
+def problem():
+    return read_problem(SCENE, GOALS, AXES)
+
+
+def test_a_design_is_found_confirmed_and_written(runs, tmp_path):
+    result = design.design(problem(), tmp_path / "d", evaluations=24)
+    assert result.verdict == "confirmed" and result.succeeded and sorted(runs.ran)[-3:] == [7002, 7003, 7004]
+    told = json.loads((tmp_path / "d" / "design.json").read_text())
+    assert told["verdict"] == "confirmed" and told["evaluations"]["refused"] == 1 and told["cannot_be_met"] == []
+    assert told["winner"]["number"] == result.winner.number and told["confirmations"][0]["holds"]
+    scene = read_scene(tmp_path / "d" / "winner.toml")
+    assert scene.nozzle.speed_m_s == result.winner.values["nozzle.speed_m_s"] and scene.seed == 1
+    text = design_text(result)
+    assert "Verdict: confirmed" in text and "Trade front" in text and "met by 3 of 3 runs" in text
+
+
+def test_nothing_is_run_twice_and_more_evaluations_add(runs, tmp_path):
+    design.design(problem(), tmp_path / "d", evaluations=16, preset=None)
+    assert sorted(runs.ran) == list(range(16))
+    runs.ran.clear()
+    design.design(problem(), tmp_path / "d", evaluations=16, preset=None)
+    assert runs.ran == []
+    design.design(problem(), tmp_path / "d", evaluations=18, preset=None)
+    assert sorted(runs.ran) == [16, 17]
+
+
+def test_a_kill_in_the_middle_costs_no_evaluation(runs, tmp_path, monkeypatch):
+    fast = design._evaluate
+
+    def dies(problem, shared, number, *rest, **more):
+        if number == 9:
+            raise KeyboardInterrupt
+        return fast(problem, shared, number, *rest, **more)
+
+    monkeypatch.setattr(design, "_evaluate", dies)
+    with pytest.raises(KeyboardInterrupt):
+        design.design(problem(), tmp_path / "d", evaluations=16, preset=None)
+    monkeypatch.setattr(design, "_evaluate", fast)
+    result = design.design(problem(), tmp_path / "d", evaluations=16, preset=None)
+    assert sorted(runs.ran) == list(range(16)) and len(result.evaluations) == 16
+
+
+def test_targets_out_of_reach_are_told_with_the_nearest(runs, tmp_path):
+    runs.strength = 200e6
+    result = design.design(problem(), tmp_path / "d", evaluations=16)
+    told = json.loads((tmp_path / "d" / "design.json").read_text())
+    assert result.verdict == "infeasible" and told["winner"] is None and told["nearest"]["number"] >= 0
+    assert told["cannot_be_met"][0].startswith("max_compressive <= -250 MPa: cannot be met in this window; nearest -200 MPa")
+    assert not (tmp_path / "d" / "winner.toml").exists() and "cannot be met" in design_text(result)
+
+
+def test_a_proposal_that_does_not_hold_is_told(runs, tmp_path):
+    runs.again = 230e6  # the finer models find less stress, everywhere
+    result = design.design(problem(), tmp_path / "d", evaluations=16)
+    assert result.verdict == "not confirmed" and not result.succeeded
+    assert "missed, beyond the interval by" in design_text(result)
+
+
+def test_another_problem_s_folder_is_refused(tmp_path):
+    claim(tmp_path / "d", problem())
+    claim(tmp_path / "d", problem())
+    other = read_problem(SCENE, read_goals(["coverage>=0.9"], ["Sa"]), AXES)
+    with pytest.raises(InputError, match="holds another design(.|\n)*targets"):
+        claim(tmp_path / "d", other)
+    (tmp_path / "own.txt").write_text("mine")
+    with pytest.raises(InputError, match="is not empty and no design"):
+        claim(tmp_path, problem())
+
+
+def test_axes_that_do_not_fit_the_scene_are_told_at_once():
+    axes = read_axes(["nozzle.speed=20:40", "exposure_time_s=1:1e5", "shots.grade=S390,S999", "nozzle.mass_flow_kg_s=0.005:0.05"])
+    with pytest.raises(InputError) as told:
+        read_problem(SCENE, GOALS, axes)
+    said = "\n".join(told.value.problems)
+    assert 'nozzle.speed = 20.0: unknown key; did you mean "speed_m_s"?' in said
+    assert "exposure_time_s = 100000.0: 100000.0 is out of range" in said and "allowed 1e-6..3600 s" in said
+    assert 'shots.grade = S999: no shot grade "S999"' in said
+    assert "mass_flow" not in said.replace("mass_flow_kg_s, jet", "").replace("mass_flow_pattern", "")
+
+
+def test_a_scene_that_says_an_intensity_has_no_speed_to_vary():
+    with pytest.raises(InputError, match="the scene says an intensity"):
+        read_problem("al2024-s230-8a", GOALS, read_axes(["nozzle.speed_m_s=20:40"]))
+
+
+def test_the_command(runs, tmp_path, capsys):
+    words = ["design", SCENE, "--minimise", "Sa", "--evaluations", "12", "--out", str(tmp_path / "d")]
+    words += [w for t in TARGETS for w in ("--target", t)] + [w for v in VARY for w in ("--vary", v)]
+    assert cli.main(words) == 0
+    said = capsys.readouterr()
+    assert "Proposed setting" in said.out and "front.png" in said.out and "12 evaluations, best Sa" in said.err
+    assert (tmp_path / "d" / "front.png").stat().st_size > 10_000
+    runs.strength = 200e6
+    words[words.index("--out") + 1] = str(tmp_path / "e")
+    assert cli.main([*words, "--json"]) == 4
+    said = capsys.readouterr()
+    assert json.loads(said.out)["verdict"] == "infeasible" and "no setting of the window surely meets all targets" in said.err
+
+
+def test_the_command_tells_all_that_is_wrong(capsys):
+    assert cli.main(["design", SCENE, "--target", "coverag>=1", "--minimise", "Sa", "--vary", "a=2:1"]) == 2
+    said = capsys.readouterr().err
+    assert "did you mean coverage?" in said and "the ends must be rising" in said
+    words = ["--confirm", "best", "--evaluations", "0", "--jobs", "0"]
+    assert cli.main(["design", SCENE, "--minimise", "Sa", "--vary", VARY[0], *words]) == 2
+    said = capsys.readouterr().err
+    assert "--confirm best" in said and "--evaluations 0" in said and "--jobs 0" in said

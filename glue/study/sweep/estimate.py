@@ -1,0 +1,44 @@
+"""What a run's stages will roughly cost, for the time left, a dry run and the requests to a cluster."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from glue.flow.regime import choose_flow
+from glue.scene.model import Scene
+from glue.study.check import flow_cost_s
+from glue.study.dimple_stage import other_speeds
+from glue.study.flow_stage import restitution_estimate
+from glue.study.target_stage import expected_work
+
+# Measured on one core of the machine of the README: seconds of one solved speed over (elements per radius)^2, and of
+# stages that cost about the same in every scene.
+SPEED_S = 0.22
+_FLAT_S = {"coverage": 0.5, "surface": 3.0, "uncertainty": 0.3, "report": 8.0}
+_MEMORY_MB = {"dimple": 500, "flow": 700, "coverage": 700, "target": 900, "surface": 900, "uncertainty": 500, "report": 1500}
+_BYTES_PER_SHOT = 2000  # arrivals, log and events in memory
+
+
+class Cost(NamedTuple):
+    """Of one stage: to a factor of two or so."""
+
+    seconds: float
+    memory_MB: int
+    threads: int
+
+
+def stage_costs(scene: Scene, shared_dimple: bool) -> dict[str, Cost]:
+    """{stage: cost}; of a shared dimple only what the run itself does."""
+    e = restitution_estimate(scene)[0]
+    flow, work = choose_flow(scene, e), expected_work(scene)
+    speeds = 0 if shared_dimple else len(other_speeds(scene)) + 1
+    seconds = _FLAT_S | {
+        "dimple": 0.3 + speeds * SPEED_S * scene.accuracy.dimple_elements_per_radius**2,
+        "flow": flow_cost_s(scene, flow.model, e),
+        "target": work["seconds"],
+    }
+    memory = dict(_MEMORY_MB)
+    memory["flow"] += int(scene.expected_shots * _BYTES_PER_SHOT / 1e6)
+    if work["memory_GB"]:
+        memory["target"] += int(1e3 * work["memory_GB"])
+    return {stage: Cost(seconds[stage], memory[stage], 1) for stage in memory}

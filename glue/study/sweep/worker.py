@@ -1,0 +1,149 @@
+"""Does runs of a study in a process of its own, which pays once for loading the models.
+
+    python -m glue.study.sweep.worker OUT               runs of OUT/queue, one after another, until none is left
+    python -m glue.study.sweep.worker OUT --run RUN --stage STAGE    one stage of one run, then the mark OUT/done/RUN/STAGE
+    python -m glue.study.sweep.worker OUT --library K --jobs N       the K-th library of dimples, then OUT/done/library-K
+
+Prints ``run NAME``, ``tell NAME STAGE SHARE``, ``done NAME SECONDS`` or ``failed NAME CODE``.  A run that fails leaves
+``OUT/failures/NAME.json``; its later stages are passed over.  Every start and end of a stage goes to ``OUT/journal.csv``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import fcntl
+import json
+import os
+import sys
+import time
+import traceback
+from pathlib import Path
+
+from glue import stopping
+from glue.atomic import write_text_atomic
+from glue.errors import InputError, PeenError
+from glue.study.sweep.plan import PLAN
+
+QUEUE, JOURNAL, FAILURES, DONE = "queue", "journal.csv", "failures", "done"
+_TELL_EVERY_S = 1.0
+
+
+def main(argv: list[str]) -> int:
+    """Run the command line of this process."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--run")
+    parser.add_argument("--stage")
+    parser.add_argument("--library", type=int)
+    parser.add_argument("--jobs", type=int)
+    args = parser.parse_args(argv)
+    plan = json.loads((args.out / PLAN).read_text(encoding="utf-8"))
+    os.environ["PEEN_CACHE"] = plan["cache"]  # on a cluster's machine too
+    os.environ.setdefault("NUMBA_CACHE_DIR", str(Path(plan["cache"]) / "numba"))
+    runs = {run["run"]: run for run in plan["runs"]}
+    try:
+        with stopping.noticed():
+            if args.library is not None:
+                _library(plan, runs, args.library, args.jobs)
+                _mark(args.out / DONE / f"library-{args.library}")
+            elif args.run is not None:
+                if not failure_file(args.out, args.run).exists():
+                    do_run(args.out, plan, runs[args.run], [args.stage])
+                _mark(args.out / DONE / args.run / args.stage)
+            else:
+                while (name := claim(args.out / QUEUE)) is not None:
+                    print(f"run {name}", flush=True)
+                    do_run(args.out, plan, runs[name], plan["stages"])
+    except KeyboardInterrupt:
+        return 130
+    return 0
+
+
+def failure_file(out: Path, name: str) -> Path:
+    """Where the failure of a run is recorded."""
+    return out / FAILURES / f"{name}.json"
+
+
+def record_failure(out: Path, name: str, code: int, stage: str, cause: str) -> None:
+    """Note why a run failed; {"exit_code", "stage", "cause"}, without the study's own folder in it."""
+    for folder in (str(out.resolve()), str(out)):
+        cause = cause.replace(f"{folder}/", "")
+    record = {"exit_code": code, "stage": stage, "cause": cause}
+    write_text_atomic(failure_file(out, name), json.dumps(record, indent=1) + "\n")
+
+
+def claim(queue: Path) -> str | None:
+    """Take the first name off the queue file, for this process alone; None when it is empty."""
+    with open(queue, "r+", encoding="utf-8") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        first, *rest = file.read().split("\n")
+        file.seek(0)
+        file.truncate()
+        file.write("\n".join(rest))
+        file.flush()
+    return first or None
+
+
+def do_run(out: Path, plan: dict, run: dict, stages: list[str]) -> None:
+    """Bring stages of a run up to date; a failure is recorded and told."""
+    from glue.study import pipeline
+
+    name, begun, at = run["run"], time.monotonic(), {"stage": "", "told": 0.0}
+
+    def progress(stage: str, fraction: float | None, text: str) -> None:
+        at["stage"] = stage
+        if fraction == 0.0 and (text == "starts" or text.startswith("goes on")):
+            _journal(out, name, stage, "starts" if text == "starts" else "goes on")
+        elif fraction == 1.0:
+            _journal(out, name, stage, "done" if text == "done" else "was done")
+        if time.monotonic() > at["told"] + _TELL_EVERY_S:
+            at["told"] = time.monotonic()
+            print(f"tell {name} {stage} {fraction or 0.0:.3f}", flush=True)
+
+    try:
+        pipeline.run(
+            plan["scene_file"], out / "runs" / name, only=stages, progress=progress, content=run["scene"].encode()
+        )
+    except PeenError as problem:
+        code, cause = problem.exit_code, str(problem)
+    except OSError as problem:
+        code, cause = InputError.exit_code, f"{problem.filename or 'a file'}: cannot be read or written ({problem.strerror or problem})"
+    except (KeyboardInterrupt, SystemExit):
+        raise
+    except Exception as problem:  # a mistake in a model must not end the other runs
+        traceback.print_exc()
+        code, cause = 1, f"{type(problem).__name__}: {problem}"
+    else:
+        print(f"done {name} {time.monotonic() - begun:.3f}", flush=True)
+        return
+    record_failure(out, name, code, at["stage"], cause)
+    _journal(out, name, at["stage"], "failed")
+    print(f"failed {name} {code}", flush=True)
+
+
+def _library(plan: dict, runs: dict, number: int, jobs: int | None) -> None:
+    from glue.scene.reader import read_scene
+    from glue.study.sweep.library import solve_libraries
+
+    library = plan["library"][number]
+    scene = read_scene(Path(plan["scene_file"]), content=runs[library["run"]]["scene"].encode(), provisional=True)
+    solve_libraries([(scene, library["speeds_m_s"])], jobs)
+
+
+def _mark(file: Path) -> None:
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.touch()
+
+
+def _journal(out: Path, run: str, stage: str, event: str) -> None:
+    """One line; O_APPEND keeps the lines of several processes whole."""
+    line = f"{time.time():.3f},{run},{stage},{event}\n"
+    handle = os.open(out / JOURNAL, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+    try:
+        os.write(handle, line.encode())
+    finally:
+        os.close(handle)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

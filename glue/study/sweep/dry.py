@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from glue.study.sweep.design import remarks
-from glue.study.sweep.estimate import SPEED_S, stage_costs
+from glue.study.sweep.estimate import library_cost_s, stage_costs
 from glue.study.sweep.library import libraries
 from glue.study.sweep.run import prepare
 from glue.target.speeds import cores
@@ -29,9 +29,8 @@ def dry_run(study_file: str | Path, out: Path | None, jobs: int | None, retry_fa
     shared = libraries(known) if "dimple" in names else []
     dimples = sum(len(library["speeds_m_s"]) for library in shared)
     by_name = dict(known)
-    cost = sum(row["cost_s"] for row in rows) + sum(
-        len(lib["speeds_m_s"]) * SPEED_S * by_name[lib["run"]].accuracy.dimple_elements_per_radius ** 2 for lib in shared
-    )
+    cost = sum(row["cost_s"] for row in rows)
+    cost += sum(library_cost_s(by_name[library["run"]], library["speeds_m_s"]) for library in shared)
     jobs = jobs or cores()
     return {
         "out": str(prepared.out), "runs": rows, "dimples": dimples, "jobs": jobs, "cost_s": cost, "wall_s": cost / jobs,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from glue.flow.regime import choose_flow
@@ -13,7 +14,7 @@ from glue.study.target_stage import expected_work
 
 # Measured on one core of the machine of the README: seconds of one solved speed over (elements per radius)^2, and of
 # stages that cost about the same in every scene.
-SPEED_S = 0.22
+_SPEED_S = 0.22
 _FLAT_S = {"coverage": 0.5, "surface": 3.0, "uncertainty": 0.3, "report": 8.0}
 _MEMORY_MB = {"dimple": 500, "flow": 700, "coverage": 700, "target": 900, "surface": 900, "uncertainty": 500, "report": 1500}
 _BYTES_PER_SHOT = 2000  # arrivals, log and events in memory
@@ -33,7 +34,7 @@ def stage_costs(scene: Scene, shared_dimple: bool) -> dict[str, Cost]:
     flow, work = choose_flow(scene, e), expected_work(scene)
     speeds = 0 if shared_dimple else len(other_speeds(scene)) + 1
     seconds = _FLAT_S | {
-        "dimple": 0.3 + speeds * SPEED_S * scene.accuracy.dimple_elements_per_radius**2,
+        "dimple": 0.3 + speeds * _SPEED_S * scene.accuracy.dimple_elements_per_radius**2,
         "flow": flow_cost_s(scene, flow.model, e),
         "target": work["seconds"],
     }
@@ -42,3 +43,8 @@ def stage_costs(scene: Scene, shared_dimple: bool) -> dict[str, Cost]:
     if work["memory_GB"]:
         memory["target"] += int(1e3 * work["memory_GB"])
     return {stage: Cost(seconds[stage], memory[stage], 1) for stage in memory}
+
+
+def library_cost_s(scene: Scene, speeds_m_s: Sequence[float]) -> float:
+    """Seconds to solve the impacts of ``scene`` at these speeds, one after another."""
+    return len(speeds_m_s) * _SPEED_S * scene.accuracy.dimple_elements_per_radius**2

@@ -1,6 +1,7 @@
 """From a study to its runs: the scene of each, checked before anything starts, and ``plan.json`` that workers read.
 
-``plan.json``: {"study", "scene_file", "stages", "cache", "library": [job], "runs": [{"run", "state", "cause", "point",
+``plan.json``: {"study", "scene_file", "stages", "cache", "library": [{"run", "runs",
+"speeds_m_s", "seconds"}], "all_stages", "todo": [run], "jobs", "runs": [{"run", "state", "cause", "point",
 "replicate", "seed", "axes": {key path: value}, "scene": TOML, "scene_sha256", "inputs_sha256", "costs": {stage: [s, MB,
 threads]}}]}; state is "waiting", or "refused" with the cause.
 """

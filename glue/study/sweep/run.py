@@ -13,6 +13,7 @@ from pathlib import Path
 from glue import solvers
 from glue.atomic import write_text_atomic
 from glue.errors import InputError
+from glue.study.sweep.cluster import refuse_snakemake, run_snakemake
 from glue.study.sweep.design import remarks
 from glue.study.sweep.plan import PLAN, Run, default_out, make_runs, plan_dict, refuse_runs, study_sha256
 from glue.study.sweep.study import Study, read_study
@@ -86,6 +87,8 @@ def run_study(
 
     if executor not in EXECUTORS:
         raise InputError(f"executor {executor}: allowed {', '.join(EXECUTORS)}")
+    if executor == "snakemake":
+        refuse_snakemake(profile)
     if jobs is not None and jobs < 1:
         raise InputError(f"--jobs {jobs}: allowed from 1 up, such as the number of cores")
     prepared = prepare(study_file, out, retry_failed)
@@ -95,7 +98,7 @@ def run_study(
     todo, begun = prepared.todo(first), _now()
     with _locked(out):
         names = [stage.name for stage in with_needs(study.stages, STAGES)]
-        _write_plan(prepared, todo, names, cache_root())
+        _write_plan(prepared, todo, names, jobs or cores(), cache_root())
         progress("study", 1.0, _first_words(prepared, todo))
         try:
             if todo:
@@ -124,9 +127,7 @@ def _execute(prepared: Prepared, todo: list[Run], names: list[str], executor: st
     for run in todo:
         failure_file(out, run.name).unlink(missing_ok=True)
     if executor == "snakemake":
-        from glue.study.sweep.cluster import run_snakemake
-
-        run_snakemake(out, todo, names, jobs, profile, lambda share, text: progress("runs", share, text))
+        run_snakemake(out, todo, names[-1], jobs, profile, lambda share, text: progress("runs", share, text))
         return
     from glue.study.sweep.local import run_local
 
@@ -140,8 +141,8 @@ def _execute(prepared: Prepared, todo: list[Run], names: list[str], executor: st
     run_local(out, todo, jobs, lambda share, text: progress("runs", share, text))
 
 
-def _write_plan(prepared: Prepared, todo: list[Run], names: list[str], cache: Path) -> None:
-    from glue.study.sweep.estimate import stage_costs
+def _write_plan(prepared: Prepared, todo: list[Run], names: list[str], jobs: int, cache: Path) -> None:
+    from glue.study.sweep.estimate import library_cost_s, stage_costs
     from glue.study.sweep.library import libraries
 
     study = prepared.study
@@ -149,8 +150,10 @@ def _write_plan(prepared: Prepared, todo: list[Run], names: list[str], cache: Pa
         costs = stage_costs(run.scene, shared_dimple=True)
         run.costs = {name: tuple(costs[name]) for name in names}
     known = [(run.name, run.scene) for run in todo if run.scene.specification is None]
-    plan = plan_dict(study, prepared.runs, libraries(known) if "dimple" in names else [], cache, study_sha256(study, prepared.runs))
-    _write_json(prepared.out / PLAN, plan | {"all_stages": names, "todo": [run.name for run in todo]})
+    shared, scenes = libraries(known) if "dimple" in names else [], dict(known)
+    shared = [library | {"seconds": library_cost_s(scenes[library["run"]], library["speeds_m_s"])} for library in shared]
+    plan = plan_dict(study, prepared.runs, shared, cache, study_sha256(study, prepared.runs))
+    _write_json(prepared.out / PLAN, plan | {"all_stages": names, "todo": [run.name for run in todo], "jobs": jobs})
     for name, content in (("study.toml", study.content), ("scene.toml", study.scene_content)):
         write_text_atomic(prepared.out / name, content.decode("utf-8-sig"))
 

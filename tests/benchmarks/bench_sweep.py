@@ -23,7 +23,7 @@ from pathlib import Path
 
 from glue.checkrows import Rows
 from glue.solvers import repo_root, run_module
-from glue.study.sweep.worker import JOURNAL
+from glue.study.sweep.records import JOURNAL
 
 STUDY, MINUTES, RUNS = "coverage-lhs", 10.0, 200
 PLACE = repo_root() / "build" / "sweep"

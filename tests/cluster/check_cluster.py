@@ -14,7 +14,7 @@ from pathlib import Path
 from glue.checkrows import Rows
 from glue.solvers import repo_root, run_module
 from glue.study.sweep import cluster
-from glue.study.sweep.worker import JOURNAL
+from glue.study.sweep.records import JOURNAL
 
 STUDY = Path(__file__).with_name("six.toml")
 PLACE = repo_root() / "build" / "cluster"

@@ -13,7 +13,7 @@ from glue.errors import InputError, SolverFailed
 from glue.solvers import run_module
 from glue.solvers.process import tail
 from glue.study.sweep.plan import Run
-from glue.study.sweep.worker import DONE, failure_file, record_failure
+from glue.study.sweep.records import DONE, failure_file, record_failure
 
 SNAKEFILE = Path(__file__).resolve().parent / "Snakefile"
 _STEPS = re.compile(r"(\d+) of (\d+) steps")

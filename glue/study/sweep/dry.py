@@ -22,7 +22,7 @@ def dry_run(study_file: str | Path, out: Path | None, jobs: int | None, retry_fa
     rows = []
     for run in prepared.runs:
         state = "done" if run.name in prepared.done else "refused" if run.cause else "to do" if run.name in todo else "waits"
-        costs = stage_costs(run.scene, shared_dimple=True) if state == "to do" else {}
+        costs = stage_costs(run.scene) if state == "to do" else {}
         cost = sum(costs[name].seconds for name in names) if costs else 0.0
         rows.append({"run": run.name, "state": state, "cause": run.cause, "axes": run.axes, "seed": run.seed, "cost_s": cost})
     known = [(run.name, run.scene) for run in todo.values() if run.scene.specification is None]

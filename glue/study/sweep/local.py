@@ -15,7 +15,7 @@ from glue.errors import SolverFailed
 from glue.solvers import run_module
 from glue.solvers.process import tail
 from glue.study.sweep.plan import Run
-from glue.study.sweep.worker import QUEUE, failure_file, record_failure
+from glue.study.sweep.records import QUEUE, failure_file, record_failure
 
 _POLL_S = 0.5
 Tell = Callable[[float, str], None]

@@ -16,6 +16,7 @@ from glue.errors import InputError
 from glue.study.sweep.cluster import refuse_snakemake, run_snakemake
 from glue.study.sweep.design import remarks
 from glue.study.sweep.plan import PLAN, Run, default_out, make_runs, plan_dict, refuse_runs, study_sha256
+from glue.study.sweep.records import FAILURES, failure_file
 from glue.study.sweep.study import Study, read_study
 
 EXECUTORS = ("local", "snakemake")
@@ -30,7 +31,6 @@ class Prepared:
 
     def todo(self, most: int | None = None) -> list[Run]:
         """Valid runs that are neither finished nor failed (unless to be tried again), of the first ``most``."""
-        from glue.study.sweep.worker import failure_file
 
         def waits(run: Run) -> bool:
             failed = failure_file(self.out, run.name).exists() and run.name not in self._retry
@@ -44,7 +44,6 @@ def prepare(study_file: str | Path, out: Path | None = None, retry_failed: bool 
     from glue.study.pipeline import with_needs  # here: the stages load every model
     from glue.study.stages import STAGES
     from glue.study.sweep.done import Finished
-    from glue.study.sweep.worker import FAILURES
 
     study = read_study(study_file)
     runs = make_runs(study)
@@ -121,7 +120,6 @@ def exit_code(out: Path) -> int:
 
 def _execute(prepared: Prepared, todo: list[Run], names: list[str], executor: str, profile, jobs: int, progress: Progress) -> None:
     from glue.study.sweep.library import libraries, solve_libraries
-    from glue.study.sweep.worker import failure_file
 
     out = prepared.out
     for run in todo:
@@ -147,7 +145,7 @@ def _write_plan(prepared: Prepared, todo: list[Run], names: list[str], jobs: int
 
     study = prepared.study
     for run in todo:
-        costs = stage_costs(run.scene, shared_dimple=True)
+        costs = stage_costs(run.scene)
         run.costs = {name: tuple(costs[name]) for name in names}
     known = [(run.name, run.scene) for run in todo if run.scene.specification is None]
     shared, scenes = libraries(known) if "dimple" in names else [], dict(known)

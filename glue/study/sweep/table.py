@@ -35,7 +35,7 @@ from glue.study.manifest import read_manifest
 from glue.study.rundir import METRICS, STAGE_ORDER
 from glue.study.sweep.plan import Run
 from glue.study.sweep.study import Study
-from glue.study.sweep.worker import failure_file
+from glue.study.sweep.records import failure_file
 
 TABLE, COSTS, STUDY = "table.csv", "costs.csv", "study.json"
 _TIMES = ("wall_s", "cpu_s")

@@ -11,7 +11,6 @@ Prints ``run NAME``, ``tell NAME STAGE SHARE``, ``done NAME SECONDS`` or ``faile
 from __future__ import annotations
 
 import argparse
-import fcntl
 import json
 import os
 import sys
@@ -20,11 +19,10 @@ import traceback
 from pathlib import Path
 
 from glue import stopping
-from glue.atomic import write_text_atomic
 from glue.errors import InputError, PeenError
 from glue.study.sweep.plan import PLAN
+from glue.study.sweep.records import DONE, QUEUE, claim, failure_file, mark, note, record_failure
 
-QUEUE, JOURNAL, FAILURES, DONE = "queue", "journal.csv", "failures", "done"
 _TELL_EVERY_S = 1.0
 
 
@@ -45,11 +43,11 @@ def main(argv: list[str]) -> int:
         with stopping.noticed():
             if args.library is not None:
                 _library(plan, runs, args.library, args.jobs)
-                _mark(args.out / DONE / f"library-{args.library}")
+                mark(args.out / DONE / f"library-{args.library}")
             elif args.run is not None:
                 if not failure_file(args.out, args.run).exists():
                     do_run(args.out, plan, runs[args.run], [args.stage])
-                _mark(args.out / DONE / args.run / args.stage)
+                mark(args.out / DONE / args.run / args.stage)
             else:
                 while (name := claim(args.out / QUEUE)) is not None:
                     print(f"run {name}", flush=True)
@@ -57,31 +55,6 @@ def main(argv: list[str]) -> int:
     except KeyboardInterrupt:
         return 130
     return 0
-
-
-def failure_file(out: Path, name: str) -> Path:
-    """Where the failure of a run is recorded."""
-    return out / FAILURES / f"{name}.json"
-
-
-def record_failure(out: Path, name: str, code: int, stage: str, cause: str) -> None:
-    """Note why a run failed; {"exit_code", "stage", "cause"}, without the study's own folder in it."""
-    for folder in (str(out.resolve()), str(out)):
-        cause = cause.replace(f"{folder}/", "")
-    record = {"exit_code": code, "stage": stage, "cause": cause}
-    write_text_atomic(failure_file(out, name), json.dumps(record, indent=1) + "\n")
-
-
-def claim(queue: Path) -> str | None:
-    """Take the first name off the queue file, for this process alone; None when it is empty."""
-    with open(queue, "r+", encoding="utf-8") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
-        first, *rest = file.read().split("\n")
-        file.seek(0)
-        file.truncate()
-        file.write("\n".join(rest))
-        file.flush()
-    return first or None
 
 
 def do_run(out: Path, plan: dict, run: dict, stages: list[str]) -> None:
@@ -93,9 +66,9 @@ def do_run(out: Path, plan: dict, run: dict, stages: list[str]) -> None:
     def progress(stage: str, fraction: float | None, text: str) -> None:
         at["stage"] = stage
         if fraction == 0.0 and (text == "starts" or text.startswith("goes on")):
-            _journal(out, name, stage, "starts" if text == "starts" else "goes on")
+            note(out, name, stage, "starts" if text == "starts" else "goes on")
         elif fraction == 1.0:
-            _journal(out, name, stage, "done" if text == "done" else "was done")
+            note(out, name, stage, "done" if text == "done" else "was done")
         if time.monotonic() > at["told"] + _TELL_EVERY_S:
             at["told"] = time.monotonic()
             print(f"tell {name} {stage} {fraction or 0.0:.3f}", flush=True)
@@ -117,7 +90,7 @@ def do_run(out: Path, plan: dict, run: dict, stages: list[str]) -> None:
         print(f"done {name} {time.monotonic() - begun:.3f}", flush=True)
         return
     record_failure(out, name, code, at["stage"], cause)
-    _journal(out, name, at["stage"], "failed")
+    note(out, name, at["stage"], "failed")
     print(f"failed {name} {code}", flush=True)
 
 
@@ -128,21 +101,6 @@ def _library(plan: dict, runs: dict, number: int, jobs: int | None) -> None:
     library = plan["library"][number]
     scene = read_scene(Path(plan["scene_file"]), content=runs[library["run"]]["scene"].encode(), provisional=True)
     solve_libraries([(scene, library["speeds_m_s"])], jobs)
-
-
-def _mark(file: Path) -> None:
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.touch()
-
-
-def _journal(out: Path, run: str, stage: str, event: str) -> None:
-    """One line; O_APPEND keeps the lines of several processes whole."""
-    line = f"{time.time():.3f},{run},{stage},{event}\n"
-    handle = os.open(out / JOURNAL, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
-    try:
-        os.write(handle, line.encode())
-    finally:
-        os.close(handle)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from glue.errors import InputError, NotConverged, SolverFailed
-from glue.study.sweep import worker
+from glue.study.sweep import records, worker
 from glue.study.sweep.run import exit_code, run_study
 
 
@@ -109,7 +109,7 @@ def test_a_result_that_is_gone_is_computed_again(sweep):
 
 def test_the_journal_tells_every_start_and_end(sweep):
     sweep.go(first=1)
-    lines = [line.split(",")[2:] for line in (sweep.out / worker.JOURNAL).read_text().splitlines()]
+    lines = [line.split(",")[2:] for line in (sweep.out / records.JOURNAL).read_text().splitlines()]
     assert lines == [[s, e] for s in ("dimple", "coverage", "uncertainty") for e in ("starts", "done")]
 
 
@@ -129,4 +129,4 @@ def test_one_stage_alone_marks_itself_and_is_passed_over_after_a_failure(sweep):
 
 def test_a_queue_gives_each_name_once(tmp_path):
     (tmp_path / "queue").write_text("a\nb")
-    assert [worker.claim(tmp_path / "queue") for _ in range(3)] == ["a", "b", None]
+    assert [records.claim(tmp_path / "queue") for _ in range(3)] == ["a", "b", None]

@@ -52,6 +52,7 @@ def write_tables(out: Path, study: Study, runs: Sequence[Run], done: set[str]) -
     counts = {"all": len(runs), "done": 0, "failed": 0, "refused": 0, "waiting": 0}
     for run in runs:
         state, cause, code = _state(out, run, done)
+        cause = cause.replace(f"{study.scene_file}: ", "")  # the same for every run
         counts[state] += 1
         exit_code = exit_code or code
         head = {"run": run.name, "state": state, "cause": cause}

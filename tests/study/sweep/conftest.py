@@ -11,10 +11,7 @@ import pytest
 
 from glue import stopping
 from glue.atomic import write_text_atomic
-from glue.study import stages
 from glue.study.stage import Stage
-from glue.study.sweep import library, local, worker
-from glue.study.sweep.run import run_study
 
 STUDY = """schema = 1
 name = "small"
@@ -52,6 +49,8 @@ class Sweep:
 
     def go(self, study: Path | None = None, **options) -> list[tuple[str, str]]:
         """(stage, run) of every stage that really ran."""
+        from glue.study.sweep import run_study  # here and below: the tests of a study's file do without the models
+
         self.ran.clear()
         run_study(study or self.file(), self.out, 1, **options)
         return list(self.ran)
@@ -86,6 +85,9 @@ class Sweep:
 
 @pytest.fixture
 def sweep(tmp_path, monkeypatch):
+    from glue.study import stages
+    from glue.study.sweep import library, local
+
     found = Sweep(tmp_path)
     monkeypatch.setenv("PEEN_CACHE", str(tmp_path / "cache"))
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
@@ -110,6 +112,7 @@ class _Lines:
 
 def _in_this_process(module, args, *, log, on_line):
     from glue.solvers import Finished
+    from glue.study.sweep import worker
 
     assert module == "glue.study.sweep.worker"
     log.parent.mkdir(exist_ok=True)

@@ -29,7 +29,7 @@ WAYS = {
 
 def main() -> None:
     rows = Rows("One study, three executors")
-    os.environ["SLURM_CONF"] = str(SLURM / "slurm.conf")
+    os.environ |= {"SLURM_CONF": str(SLURM / "slurm.conf"), "PATH": f"{SLURM / 'bin'}:{os.environ['PATH']}"}
     tables = {}
     for way, options in WAYS.items():
         out = PLACE / way

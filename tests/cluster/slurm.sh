@@ -58,11 +58,15 @@ SlurmdLogFile=$place/slurmd.log
 NodeName=$host NodeAddr=127.0.0.1 CPUs=$(nproc) RealMemory=$(awk '/MemTotal/ {print int($2 / 1024)}' /proc/meminfo) State=UNKNOWN
 PartitionName=peen Nodes=$host Default=YES MaxTime=INFINITE State=UP
 END
+  # Snakemake starts the work of a job by srun without the environment's SLURM_CONF: this one, first on the path, has it.
+  mkdir -p "$place/bin"
+  printf '#!/bin/sh\nSLURM_CONF=%s exec %s "$@"\n' "'$SLURM_CONF'" "$(command -v srun)" > "$place/bin/srun"
+  chmod +x "$place/bin/srun"
   slurmctld -f "$SLURM_CONF"
   slurmd -f "$SLURM_CONF"
   for _ in $(seq 60); do
     if sinfo -h -o %T 2>/dev/null | grep -qx idle; then
-      echo "SLURM is up: export SLURM_CONF=$SLURM_CONF"
+      echo "SLURM is up: export SLURM_CONF=$SLURM_CONF PATH=$place/bin:\$PATH"
       return
     fi
     sleep 1

@@ -70,7 +70,8 @@ def _summary(out: Path, study: dict) -> str:
     from glue.study.sweep import table
 
     counts = study["runs"]
-    lines = [f"{study['name']}: {counts['all']} runs, " + ", ".join(f"{n} {state}" for state, n in counts.items() if state != "all" and n)]
+    states = ", ".join(f"{n} {state}" for state, n in counts.items() if state != "all" and n)
+    lines = [f"{study['name']}: {counts['all']} runs, {states}"]
     with open(out / table.TABLE, newline="", encoding="utf-8") as file:
         causes = [(row["run"], row["state"], row["cause"]) for row in csv.DictReader(file) if row["cause"]]
     lines += [f"  {run} {state}: {cause}" for run, state, cause in causes[:5]]

@@ -129,15 +129,18 @@ def _axis_keys(table: Table) -> tuple[str, ...]:
 def _check_values(table: Table, keys: tuple[str, ...], values: object) -> bool:
     """Are the values arrays with one entry for each key?  Complains of what cannot be a list of values."""
     if not isinstance(values, list) or not values:
-        table.problem("values", f"must be an array of values, not {kind(values) if values != [] else 'an empty one'}; allowed: [1.0, 2.0]")
+        given = "an empty one" if values == [] else kind(values)
+        table.problem("values", f"must be an array of values, not {given}; allowed: such as [1.0, 2.0]")
         return False
     bad = [v for v in values if not _is_plain(v)]
     if bad:
-        table.problem("values", f"{quoted(bad[0])} is no value of a scene's key; allowed: finite numbers, texts, booleans, arrays of them")
+        allowed = "allowed: finite numbers, texts, booleans, arrays of them"
+        table.problem("values", f"{quoted(bad[0])} is no value of a scene's key; {allowed}")
     arrays = [isinstance(v, list) for v in values]
     each = "keys" in table and any(arrays)
     if each and not all(a and len(v) == len(keys) for a, v in zip(arrays, values, strict=True)):
-        table.problem("values", f"with keys = [...] either plain values or arrays of {len(keys)}, one for each key; allowed: one of them")
+        both = f"with keys = [...] either plain values or arrays of {len(keys)}, one for each key"
+        table.problem("values", f"{both}; allowed: one of them")
     return each
 
 

@@ -25,7 +25,8 @@ def refuse_snakemake(profile: Path | None) -> None:
     if importlib.util.find_spec("snakemake") is None:
         problems.append("--executor snakemake: Snakemake is not installed; allowed: after .venv/bin/pip install -e '.[cluster]'")
     if profile is not None and not any((profile / name).is_file() for name in ("config.yaml", "config.v8+.yaml")):
-        problems.append(f"--profile {profile}: holds no config.yaml; allowed: a folder of Snakemake's settings, such as {SNAKEFILE.parent / 'profiles' / 'slurm'}")
+        shipped = SNAKEFILE.parent / "profiles" / "slurm"
+        problems.append(f"--profile {profile}: holds no config.yaml; allowed: a folder of Snakemake's settings, such as {shipped}")
     if problems:
         raise InputError(problems)
 

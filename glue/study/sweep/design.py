@@ -36,7 +36,8 @@ def remarks(study: Study) -> list[str]:
         return []
     below = 1 << (n.bit_length() - 1)
     return [
-        f"samples = {n}: Sobol's points fill the space evenly in powers of two; {below} or {2 * below} would, {n} lie a little less evenly"
+        f"samples = {n}: Sobol's points fill the space evenly in powers of two; {below} or {2 * below} would, {n} lie a little"
+        " less evenly"
     ]
 
 

@@ -7,7 +7,8 @@
     point, replicate   number of the point of the design, and of its repetition, from 0
     seed         of the scene
     <key path>   a column for each key of each axis, such as ``nozzle.speed_m_s``
-    <section>.<key>    every number of metrics.json, such as ``coverage.final``, ``dimple.radius_m``; also ``flow.model`` and ``target.model``
+    <section>.<key>    every number of metrics.json, such as ``coverage.final``, ``dimple.radius_m``; also ``flow.model`` and
+                 ``target.model``
     <section>.<key>.u95   half width of its 95 % interval, where the stage ``uncertainty`` gives one
 An empty cell is a value that the run does not have.  Nothing in it depends on when, where or how fast the runs were made:
 the same study gives the same bytes.  ``table.parquet`` is the same table, where pyarrow is installed.
@@ -83,7 +84,7 @@ def study_dict(study: Study, counts: dict, **facts) -> dict:
     return {
         "schema": 1, "name": study.name, "file": study.file.name, "scene": study.scene, "stages": list(study.stages),
         "accuracy": study.accuracy, "library": study.library, "set": study.changes,
-        "design": {"kind": study.kind, "samples": study.samples, "seed": study.seed, "replicates": study.replicates, "seeds": study.seeds},
+        "design": {key: getattr(study, key) for key in ("kind", "samples", "seed", "replicates", "seeds")},
         "axes": [_axis(axis) for axis in study.axes],
         "exit_code": counts.pop("exit_code"), "runs": counts, **facts,
     }  # fmt: skip

@@ -80,7 +80,8 @@ def do_run(out: Path, plan: dict, run: dict, stages: list[str]) -> None:
     except PeenError as problem:
         code, cause = problem.exit_code, str(problem)
     except OSError as problem:
-        code, cause = InputError.exit_code, f"{problem.filename or 'a file'}: cannot be read or written ({problem.strerror or problem})"
+        place = problem.filename or "a file"
+        code, cause = InputError.exit_code, f"{place}: cannot be read or written ({problem.strerror or problem})"
     except (KeyboardInterrupt, SystemExit):
         raise
     except Exception as problem:  # a mistake in a model must not end the other runs

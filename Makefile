@@ -16,7 +16,7 @@ SUDO     := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 export OMP_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup peen test test-all tools plugin doctor checks bench-dimple bench-flow bench-target bench-oblique bench-uncertainty bench-target-error bench-intensity tradeoff fit-collisions fit-layers extremes thresholds check-report readme bench-design bench-dilute bench-trends
+.PHONY: help setup peen test test-all tools plugin doctor checks bench-dimple bench-flow bench-target bench-oblique bench-uncertainty bench-target-error bench-intensity tradeoff fit-collisions fit-layers extremes thresholds check-report readme bench-design bench-dilute bench-trends slurm-up slurm-down check-cluster bench-sweep
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -125,6 +125,25 @@ thresholds: plugin ## optional physics: each piece swept off and on over its num
 	@mkdir -p build/bench; status=0; \
 	$(BIN)/python tests/benchmarks/thresholds.py --json build/bench/thresholds.json || status=1; \
 	$(BIN)/python tests/benchmarks/left_out.py --json build/bench/left_out.json || status=1; exit $$status
+
+slurm-up: ## start a real SLURM of one node (installed when missing); all it writes is in build/slurm
+	@tests/cluster/slurm.sh up
+
+slurm-down: ## stop it
+	@tests/cluster/slurm.sh down
+
+CLUSTER = $(BIN)/python -c 'import snakemake, snakemake_executor_plugin_slurm' 2>/dev/null || $(BIN)/python -m pip install -q -e '.[cluster]'
+
+check-cluster: plugin slurm-up ## one small study by local workers, Snakemake, and Snakemake with SLURM: the same table (5 minutes)
+	@$(CLUSTER)
+	@mkdir -p build/bench; status=0; \
+	$(BIN)/python tests/cluster/check_cluster.py --json build/bench/cluster.json || status=1; \
+	tests/cluster/slurm.sh down; exit $$status
+
+bench-sweep: plugin ## the study of 200 runs, killed in the middle and gone on with; the same through Snakemake (half an hour) [SWEEP=--runs 12]
+	@$(CLUSTER)
+	@mkdir -p build/bench
+	$(BIN)/python tests/benchmarks/bench_sweep.py --json build/bench/sweep.json $(SWEEP)
 
 README_RUNS := $(addprefix build/readme/,fast balanced reference)
 $(README_RUNS): build/readme/%: plugin

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from glue import cli_design, cli_files, stopping
+from glue.cli_study import add_sweep
 from glue.errors import InputError, PeenError
 from glue.target.cache import cache_root
 
@@ -43,6 +44,7 @@ _EXAMPLES = """examples:
   peen dimple --material al2024-t351 --speed 60  one impact
   peen tradeoff my.toml                          what each choice costs and how far off it is, on this scene
   peen dimple --material ti6al4v --speeds 1:120  a library of dimples over the speed
+  peen sweep coverage-lhs --dry-run              a parametric study: its runs, and what they would cost
   peen intensity --curve arcs.csv                Almen intensity of a measured saturation curve
   peen intensity al2024-s390 --strip A           the same of a strip in the scene's jet, simulated
   peen design al2024-s390 --target 'coverage>=98%' --minimise Sa --vary nozzle.speed_m_s=20:100 --vary exposure_time_s=1:10
@@ -173,6 +175,7 @@ def _parser() -> argparse.ArgumentParser:
 
     cli_files.add_commands(add)
     cli_design.add_parser(commands, lambda args: cli_design.run_design(args, Progress()))
+    add_sweep(commands, Progress)
 
     add("doctor", _doctor, "versions; do the plugins load, do both solvers answer; what to do when not")
     return parser

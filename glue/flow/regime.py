@@ -12,6 +12,7 @@ Standard library and numpy only: YADE's interpreter imports this too.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from typing import NamedTuple
 
@@ -79,6 +80,7 @@ def collision_number(scene: Scene, restitution: float) -> dict[str, float]:
     }
 
 
+@functools.lru_cache(maxsize=8)  # asked for several times a run: choices, costs, the flow itself
 def first_order_collisions(scene: Scene, restitution: float) -> float:
     """Collisions per shot if none disturbed the next: sum over pairs of clouds (see ``overlap.py``).
 

@@ -64,7 +64,7 @@ def read_scene(
     path = Path(path)
     log = Log(path)
     content = read_bytes(path) if content is None else content
-    top = Table(_parse(path, content), "", log)
+    top = Table(parse(path, content), "", log)
     top.refuse_others((*schema.TOP, "coverage_percent", *schema.TABLES), elsewhere=schema.BELONGS_IN)
     head = {key: top.get(key, field) for key, field in schema.TOP.items() if not _left_out(top, key)}
     specification = read_specification(top, path)
@@ -140,7 +140,7 @@ def resolved_dict(scene: Scene) -> dict:
     plain = _plain(dataclasses.asdict(scene))
     del plain["defaults_used"], plain["inferred"]
     # What a scene does not have is left out: scenes that never heard of it hash as they always did.
-    own = {"specification": plain, "measured": plain}
+    own = {"specification": plain, "measured": plain, "dimple_speed_ratio": plain["accuracy"]}
     for key, table in (own | dict.fromkeys(("initial_stress", "initial_roughness"), plain["target"])).items():
         if not table[key]:
             del table[key]
@@ -175,7 +175,7 @@ def read_bytes(path: Path) -> bytes:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
 
 
-def _parse(path: Path, raw: bytes) -> dict:
+def parse(path: Path, raw: bytes) -> dict:
     """The raw tables of the TOML file ``path`` of content ``raw``; :class:`InputError` naming the line at fault."""
     try:
         text = raw.decode("utf-8-sig")

@@ -199,6 +199,7 @@ ACCURACY = {
     "dimple_elements_per_radius": Integer(2, 32),
     "dimple_steps_per_contact": Number(20.0, 1000.0),
     "dimple_speeds": Integer(2, 33),
+    "dimple_speed_ratio": Number(1.005, 2.0),
     "cell_side_in_radii": Number(3.0, 16.0),
     "cell_elements_per_side": Integer(4, 24),
     "cell_load_steps": Integer(1, 40),

@@ -19,7 +19,7 @@ from glue.flow.regime import (
 from glue.scene.consistency import estimated_dimple_radius_m, mixture_volume_fraction
 from glue.scene.model import Scene
 from glue.study.coverage_stage import refuse_window
-from glue.study.dimple_stage import other_speeds, refuse_dimple, scene_physics
+from glue.study.dimple_stage import dimple_speed, other_speeds, refuse_dimple, scene_physics
 from glue.study.exposure import estimated_areas_m2, expected_hits, speed_kept
 from glue.study.flow_stage import refuse_flow, restitution_estimate
 from glue.study.intensity_stage import seconds as confirmation_s
@@ -88,13 +88,13 @@ def check(scene: Scene, scene_file: Path | None = None) -> dict:
         "dimple_radius_estimate_m": radius,
         "mean_hits_per_point_estimate": exposure,
         "coverage_estimate": float(hits.coverage([scene.exposure_time_s])[0]),
-        "flow_cost_estimate_s": _flow_cost_s(scene, flow.model, e),
+        "flow_cost_estimate_s": flow_cost_s(scene, flow.model, e),
         "target_cost_estimate_s": work["seconds"],
         "intensity_cost_estimate_s": confirmation_s(scene, seconds_per_impact(scene.accuracy)),
         "warnings": [*flow.warnings, *_warnings(in_cell, per_pass), *target_warnings(scene, work, exposure)],
         "physics": {block: vars(choice) for block, choice in (physics.choices | impact.choices).items()},
         "pieces": [vars(piece) | {"misfit": piece.misfit} for piece in optional],
-        "dimple_speeds_m_s": sorted([*other_speeds(scene), nozzle.normal_speed_m_s]),
+        "dimple_speeds_m_s": sorted([*other_speeds(scene), dimple_speed(scene)]),
         "choices": choices(scene),
         "accuracy": vars(scene.accuracy),
         "inferred": list(scene.inferred),
@@ -153,7 +153,7 @@ def _warnings(in_cell: float, per_pass: list[float]) -> list[str]:
     ]
 
 
-def _flow_cost_s(scene: Scene, model: str, restitution: float) -> float:
+def flow_cost_s(scene: Scene, model: str, restitution: float) -> float:
     """Wall time [s] of the flow, to a factor of two; contacts of every size take as many steps."""
     contacts = scene.expected_shots * (1.0 + collision_number(scene, restitution)["collisions_per_shot"])
     if model != "dem":

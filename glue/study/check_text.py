@@ -24,7 +24,7 @@ def check_text(scene: Scene, scene_file: Path | None = None) -> str:
         "What will be modelled",
         *(f"  {stage:<11} {choice['model']:<14} {choice['why']}" for stage, choice in c["choices"].items()),
         f"  accuracy    {scene.accuracy.preset:<14} "
-        + ", ".join(f"{k} {v:g}" for k, v in c["accuracy"].items() if k != "preset"),
+        + ", ".join(f"{k} {v:g}" for k, v in c["accuracy"].items() if k != "preset" and v),
         "",
         "Optional physics, all of it",
         *table_text(c["pieces"]),

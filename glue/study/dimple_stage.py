@@ -16,7 +16,7 @@ from glue.target.dimple import RATE_TOLERANCE, Dimple, solve_dimple
 from glue.target.driver import kernel_flavour
 from glue.target.physics import STEEL_SHOT, shot_yield_warning
 from glue.target.regime import ImpactChoices, impact_physics
-from glue.target.speeds import spaced
+from glue.target.speeds import Curve, shared, spaced
 
 SLOWEST = 1.0 / 16.0  # of the reference speed; slower impacts are few and bring no energy
 ABSURD_STRAIN = 1.0
@@ -25,7 +25,8 @@ ABSURD_STRAIN = 1.0
 def dimple_stage(work: Work) -> tuple[dict, list[str]]:
     """One shot at nominal normal speed into the flat target, the one with the largest dimple where they differ.
 
-    Beside it the same shot at other speeds, down to SLOWEST of that and up to the fastest that a nozzle can shoot.
+    Beside it the same shot at other speeds, down to SLOWEST of that and up to the fastest that a nozzle can shoot.  With
+    ``accuracy.dimple_speed_ratio`` at speeds that other scenes have too; everything else is scaled from the speed it has.
     """
     ready_kernels()
     scene = work.scene
@@ -33,7 +34,7 @@ def dimple_stage(work: Work) -> tuple[dict, list[str]]:
     physics, choices = scene_physics(scene)
     dimple = solve_dimple(
         scene.target.material,
-        speed_m_s=nozzle.normal_speed_m_s,
+        speed_m_s=dimple_speed(scene),
         density_kg_m3=shots.density_kg_m3,
         diameter_m=shots.diameter_m,
         elements_per_radius=scene.accuracy.dimple_elements_per_radius,
@@ -49,6 +50,8 @@ def dimple_stage(work: Work) -> tuple[dict, list[str]]:
         work.path / "dimple" / "dimple.vtu", dimple.points_m, dimple.triangles, fields
     )  # for viewing
     metrics = dimple_metrics(dimple, shots.medium)
+    if scene.accuracy.dimple_speed_ratio:
+        metrics |= _at_nominal_speed(dimple, nozzle.normal_speed_m_s)
     if choices:
         metrics["physics"] = {block: vars(choice) for block, choice in choices.items()}
     return {"dimple": metrics}, ["dimple/dimple.npz", "dimple/dimple.vtu"]
@@ -66,20 +69,42 @@ def scene_physics(scene: Scene) -> ImpactChoices:
     return impact_physics(scene, shots, nozzle.normal_speed_m_s)
 
 
+def dimple_speed(scene: Scene) -> float:
+    """Speed [m/s] of the dimple that is solved: the reference impact's, or the next above it that scenes share."""
+    return _speeds(scene)[0]
+
+
 def other_speeds(scene: Scene) -> list[float]:
-    """Speeds [m/s] of the table beside the reference speed: slower ones, and the fastest of any nozzle and medium.
+    """Speeds [m/s] of the table beside the dimple's: slower ones, and the fastest of any nozzle and medium.
 
     The fastest is that of the reference shot with as much density x speed^2; none where that is the reference itself.
     """
+    return _speeds(scene)[1]
+
+
+def _speeds(scene: Scene) -> tuple[float, list[float]]:
     nozzle, shots = reference_impact(scene)
-    nominal = nozzle.normal_speed_m_s
-    speeds = spaced(SLOWEST * nominal, nominal, scene.accuracy.dimple_speeds)[:-1]
+    nominal, accuracy = nozzle.normal_speed_m_s, scene.accuracy
+    speeds = spaced(SLOWEST * nominal, nominal, accuracy.dimple_speeds)[:-1]
     fastest = max(
         n.fastest_m_s * n.normal_speed_m_s / n.speed_m_s * math.sqrt(s.density_kg_m3 / shots.density_kg_m3)
         for n in scene.nozzles
         for s in scene.media
     )
-    return [*speeds, float(f"{fastest:.9g}")] if fastest > 1.001 * nominal else speeds
+    if accuracy.dimple_speed_ratio:
+        slowest = SLOWEST * nominal
+        return shared(nominal, max(nominal, fastest), slowest, accuracy.dimple_speeds, accuracy.dimple_speed_ratio)
+    return nominal, [*speeds, float(f"{fastest:.9g}")] if fastest > 1.001 * nominal else speeds
+
+
+def _at_nominal_speed(dimple: Dimple, speed_m_s: float) -> dict:
+    """Radius and restitution at the scene's own speed, read off the table."""
+    restitution = Curve("restitution", dimple.table_speed_m_s, dimple.table_restitution).with_tails(speed_m_s)
+    return {
+        "nominal_speed_m_s": speed_m_s,
+        "nominal_radius_m": float(dimple.radius_for(dimple.diameter_m, speed_m_s)),
+        "nominal_restitution": float(restitution),
+    }
 
 
 def law_text(material: Material) -> tuple[str, str]:

@@ -67,7 +67,7 @@ def run(
     from glue.study.specify import read_specified  # here: it loads the target's models
 
     stages = _default_stages() if stages is None else stages
-    wanted = _with_needs(only or [s.name for s in stages], stages)
+    wanted = with_needs(only or [s.name for s in stages], stages)
     scene_file = find_scene(scene_argument)
     content = read_bytes(scene_file) if content is None else content  # once: what is checked is what is run, and a pipe gives it only once
     scene, beside = read_specified(scene_file, preset=preset, content=content, progress=progress)
@@ -91,7 +91,7 @@ def run(
 def rerun(path: Path, only: Sequence[str], progress: Progress, stages: Sequence[Stage] | None = None) -> Path:
     """Bring stages of an existing run directory up to date; errors as for :func:`run`."""
     stages = _default_stages() if stages is None else stages
-    wanted = _with_needs(only, stages)
+    wanted = with_needs(only, stages)
     with RunDirectory.open(path) as folder:
         if not folder.scene_file.is_file():
             raise InputError(f"{folder.scene_file}: is gone; peen run SCENE --out {path} restores it")
@@ -111,7 +111,7 @@ def is_done(path: Path, only: Sequence[str], stages: Sequence[Stage] | None = No
     try:
         with RunDirectory.open(path) as folder:
             scene = read_scene(folder.scene_file, preset=folder.manifest["preset_argument"])
-            return all(folder.is_current(s.name, digest(_inputs(folder, scene, s))) for s in _with_needs(only, stages))
+            return all(folder.is_current(s.name, digest(stage_inputs(folder, scene, s))) for s in with_needs(only, stages))
     except (InputError, KeyError):
         return False
 
@@ -159,7 +159,7 @@ def _default_stages() -> tuple[Stage, ...]:
     return STAGES
 
 
-def _with_needs(names: Iterable[str], stages: Sequence[Stage]) -> list[Stage]:
+def with_needs(names: Iterable[str], stages: Sequence[Stage]) -> list[Stage]:
     """The named stages and all that they need, in order. Raises InputError for a name that is none."""
     known = {s.name: s for s in stages}
     unknown = [n for n in names if n not in known]
@@ -190,7 +190,7 @@ def _run_stages(folder: RunDirectory, scene: Scene, wanted, stages, progress: Pr
     for stage in wanted:
         stopping.check()
         done = frozenset(n for n, r in folder.manifest["stages"].items() if r["state"] == "complete")
-        inputs = _inputs(folder, scene, stage)
+        inputs = stage_inputs(folder, scene, stage)
         input_hash = digest(inputs)
         if folder.is_current(stage.name, input_hash):
             folder.keep(stage.name)
@@ -206,12 +206,12 @@ def _run_stages(folder: RunDirectory, scene: Scene, wanted, stages, progress: Pr
     stopping.check()  # else a run that was told to stop in its last stage would call itself done
 
 
-def _inputs(folder: RunDirectory, scene: Scene, stage: Stage) -> dict:
-    """All that decides the stage's result, as it is now."""
+def stage_inputs(folder: RunDirectory, scene: Scene, stage: Stage, code: dict[str, str] | None = None) -> dict:
+    """All that decides the stage's result, as it is now; ``code`` where ``code_digests`` of the stage is known."""
     versions = solvers.versions()
     return {
         "scene": folder.manifest["inputs_sha256"],
-        "code": _code(stage),
+        "code": code_digests(stage) if code is None else code,
         "versions": {name: versions[name] for name in stage.runs(scene, folder.path)},
         "upstream": {name: folder.outputs_digest(name) for name in (*stage.needs, *stage.uses)},
     }
@@ -237,7 +237,7 @@ def _look_ahead(folder: RunDirectory, scene: Scene, wanted: Sequence[Stage], sta
     Before anything is removed or run: a solver that is missing (SolverFailed) or a scene that a stage refuses
     (InputError) must cost no result and no time.
     """
-    stale = [s for s in wanted if not folder.is_current(s.name, digest(_inputs(folder, scene, s)))]
+    stale = [s for s in wanted if not folder.is_current(s.name, digest(stage_inputs(folder, scene, s)))]
     may_run = {s.name for stage in stale for s in (stage, *_builds_on(stage, stages))}
     find = {"yade": solvers.find_yade, "freefem": solvers.find_freefem}
     for name in {name: None for s in wanted if s.name in may_run for name in s.runs(scene, folder.path)}:
@@ -287,7 +287,7 @@ def _run_one(folder: RunDirectory, stage: Stage, work: Work, record: dict[str, A
         folder.finish(stage.name, {**record, **cost(), "exit_code": 0, "metrics": metrics}, outputs)
 
 
-def _code(stage: Stage) -> dict[str, str]:
+def code_digests(stage: Stage) -> dict[str, str]:
     """{path relative to the checkout: sha256} of the sources that decide the stage's result."""
     root = solvers.repo_root()
     files = sorted({p for pattern in stage.code for p in root.glob(pattern) if p.is_file()})

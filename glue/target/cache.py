@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
+import fcntl
 import hashlib
 import json
 import os
 import shutil
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from glue.atomic import write_text_atomic
@@ -36,19 +38,28 @@ def cached_folder(kind: str, key: str, make: Callable[[Path], None]) -> tuple[Pa
     """Folder ``<cache>/<kind>/<key>``, made by ``make(empty folder)`` when missing; and whether it was there.
 
     The folder appears under its name only when ``make`` has returned, so one that exists is complete; what a
-    failed ``make`` left stays beside it as ``<key>-failed`` for its log.  Raises InputError when the cache is not writable.
+    failed ``make`` left stays beside it as ``<key>-failed`` for its log.  Of several processes that want the same at a
+    time one makes it and the others wait.  Raises InputError when the cache is not writable.
     """
     final = cache_root() / kind / key
     if final.is_dir():
         return final, True
     try:
         final.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as problem:
+        raise _not_writable(final.parent, problem) from None
+    with _one_at_a_time(final.with_name(f"{key}.lock")):
+        return (final, True) if final.is_dir() else (_made(final, make), False)
+
+
+def _made(final: Path, make: Callable[[Path], None]) -> Path:
+    """``final``, made in a folder of another name and renamed."""
+    key = final.name
+    try:
         scratch = Path(tempfile.mkdtemp(prefix=f"{key}-", suffix=".part", dir=final.parent))
         scratch.chmod(0o755)  # a cache may be shared; mkdtemp's folders are their owner's alone
     except OSError as problem:
-        raise InputError(
-            f"the cache folder {final.parent} cannot be written ({problem}); set PEEN_CACHE"
-        ) from None
+        raise _not_writable(final.parent, problem) from None
     try:
         make(scratch)
     except (KeyboardInterrupt, SystemExit):
@@ -64,10 +75,43 @@ def cached_folder(kind: str, key: str, make: Callable[[Path], None]) -> tuple[Pa
     try:
         scratch.rename(final)
     except OSError:
-        if not final.is_dir():  # else another process made the same meanwhile
+        if not final.is_dir():  # else another process made the same meanwhile, where files cannot be locked
             raise
         shutil.rmtree(scratch, ignore_errors=True)
-    return final, False
+    return final
+
+
+def _not_writable(folder: Path, problem: OSError) -> InputError:
+    return InputError(f"the cache folder {folder} cannot be written ({problem}); set PEEN_CACHE")
+
+
+@contextlib.contextmanager
+def _one_at_a_time(lock: Path) -> Iterator[None]:
+    """Only one process or thread is inside the block with this lock file; no lock where the file system has none."""
+    handle = None
+    try:
+        while handle is None:
+            handle = os.open(lock, os.O_CREAT | os.O_RDWR, 0o644)
+            fcntl.flock(handle, fcntl.LOCK_EX)
+            if not _is_open_at(handle, lock):  # whoever held it has removed it: another may hold a new one
+                os.close(handle)
+                handle = None
+    except OSError:  # the block itself tells of a place that cannot be written
+        pass
+    try:
+        yield
+    finally:
+        if handle is not None:
+            lock.unlink(missing_ok=True)
+            os.close(handle)
+
+
+def _is_open_at(handle: int, path: Path) -> bool:
+    try:
+        there, here = path.stat(), os.fstat(handle)
+    except FileNotFoundError:
+        return False
+    return (there.st_dev, there.st_ino) == (here.st_dev, here.st_ino)
 
 
 def finished_key(driver: str, sources: tuple[str, ...]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextvars
+import math
 import os
 import threading
 from collections.abc import Callable, Sequence
@@ -23,6 +24,28 @@ _POLL_S = 0.2
 def spaced(slowest_m_s: float, fastest_m_s: float, points: int) -> list[float]:
     """``points`` speeds in equal ratios from end to end, rounded to 9 digits: cache entries for good."""
     return [float(f"{v:.9g}") for v in np.geomspace(slowest_m_s, fastest_m_s, points)]
+
+
+def shared(nominal_m_s: float, fastest_m_s: float, slowest_m_s: float, points: int, ratio: float) -> tuple[float, list[float]]:
+    """Speed of the dimple and those of its table beside it, all of them powers of ``ratio`` m/s: cache entries of many scenes.
+
+    The dimple's is the next above ``nominal_m_s``.  Below it come about ``points`` - 1 down to about ``slowest_m_s``, at
+    the same places for every scene; above it the next beyond ``fastest_m_s``.
+    """
+
+    def power(speed: float) -> float:
+        return math.log(speed) / math.log(ratio)
+
+    def at(k: int) -> float:
+        return float(f"{ratio**k:.9g}")
+
+    top = math.ceil(power(nominal_m_s) - 1e-9)
+    step = max(1, round(power(nominal_m_s / slowest_m_s) / (points - 1)))
+    lowest = step * round(power(slowest_m_s) / step)
+    # None close below the top: the slope between neighbours would be their solutions' scatter.
+    below = [at(k) for k in range(lowest, top, step) if top - k >= 0.5 * step] or [at(top - step)]
+    end = math.ceil(power(fastest_m_s) - 1e-9)
+    return at(top), below + ([at(end)] if end > top else [])
 
 
 def cores() -> int:

@@ -1,0 +1,108 @@
+"""Does runs of a study in a process of its own, which pays once for loading the models.
+
+    python -m glue.study.sweep.worker OUT               runs of OUT/queue, one after another, until none is left
+    python -m glue.study.sweep.worker OUT --run RUN --stage STAGE    one stage of one run, then the mark OUT/done/RUN/STAGE
+    python -m glue.study.sweep.worker OUT --library K --jobs N       the K-th library of dimples, then OUT/done/library-K
+
+Prints ``run NAME``, ``tell NAME STAGE SHARE``, ``done NAME SECONDS`` or ``failed NAME CODE``.  A run that fails leaves
+``OUT/failures/NAME.json``; its later stages are passed over.  Every start and end of a stage goes to ``OUT/journal.csv``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import time
+import traceback
+from pathlib import Path
+
+from glue import stopping
+from glue.errors import InputError, PeenError
+from glue.study.sweep.plan import PLAN
+from glue.study.sweep.records import DONE, QUEUE, claim, failure_file, mark, note, record_failure
+
+_TELL_EVERY_S = 1.0
+
+
+def main(argv: list[str]) -> int:
+    """Run the command line of this process."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--run")
+    parser.add_argument("--stage")
+    parser.add_argument("--library", type=int)
+    parser.add_argument("--jobs", type=int)
+    args = parser.parse_args(argv)
+    plan = json.loads((args.out / PLAN).read_text(encoding="utf-8"))
+    os.environ["PEEN_CACHE"] = plan["cache"]  # on a cluster's machine too
+    os.environ.setdefault("NUMBA_CACHE_DIR", str(Path(plan["cache"]) / "numba"))
+    runs = {run["run"]: run for run in plan["runs"]}
+    try:
+        with stopping.noticed():
+            if args.library is not None:
+                _library(plan, runs, args.library, args.jobs)
+                mark(args.out / DONE / f"library-{args.library}")
+            elif args.run is not None:
+                if not failure_file(args.out, args.run).exists():
+                    do_run(args.out, plan, runs[args.run], [args.stage])
+                mark(args.out / DONE / args.run / args.stage)
+            else:
+                while (name := claim(args.out / QUEUE)) is not None:
+                    print(f"run {name}", flush=True)
+                    do_run(args.out, plan, runs[name], plan["stages"])
+    except KeyboardInterrupt:
+        return 130
+    return 0
+
+
+def do_run(out: Path, plan: dict, run: dict, stages: list[str]) -> None:
+    """Bring stages of a run up to date; a failure is recorded and told."""
+    from glue.study import pipeline
+
+    name, begun, at = run["run"], time.monotonic(), {"stage": "", "told": 0.0}
+
+    def progress(stage: str, fraction: float | None, text: str) -> None:
+        at["stage"] = stage
+        if fraction == 0.0 and (text == "starts" or text.startswith("goes on")):
+            note(out, name, stage, "starts" if text == "starts" else "goes on")
+        elif fraction == 1.0:
+            note(out, name, stage, "done" if text == "done" else "was done")
+        if time.monotonic() > at["told"] + _TELL_EVERY_S:
+            at["told"] = time.monotonic()
+            print(f"tell {name} {stage} {fraction or 0.0:.3f}", flush=True)
+
+    try:
+        pipeline.run(
+            plan["scene_file"], out / "runs" / name, only=stages, progress=progress, content=run["scene"].encode()
+        )
+    except PeenError as problem:
+        code, cause = problem.exit_code, str(problem)
+    except OSError as problem:
+        place = problem.filename or "a file"
+        code, cause = InputError.exit_code, f"{place}: cannot be read or written ({problem.strerror or problem})"
+    except (KeyboardInterrupt, SystemExit):
+        raise
+    except Exception as problem:  # a mistake in a model must not end the other runs
+        traceback.print_exc()
+        code, cause = 1, f"{type(problem).__name__}: {problem}"
+    else:
+        print(f"done {name} {time.monotonic() - begun:.3f}", flush=True)
+        return
+    record_failure(out, name, code, at["stage"], cause)
+    note(out, name, at["stage"], "failed")
+    print(f"failed {name} {code}", flush=True)
+
+
+def _library(plan: dict, runs: dict, number: int, jobs: int | None) -> None:
+    from glue.scene.reader import read_scene
+    from glue.study.sweep.library import solve_libraries
+
+    library = plan["library"][number]
+    scene = read_scene(Path(plan["scene_file"]), content=runs[library["run"]]["scene"].encode(), provisional=True)
+    solve_libraries([(scene, library["speeds_m_s"])], jobs)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,132 @@
+"""Running a study of stub stages: what is computed and what is not, failures, refusals, the tables."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from glue.errors import InputError, NotConverged, SolverFailed
+from glue.study.sweep import records, worker
+from glue.study.sweep.run import exit_code, run_study
+
+
+def test_every_run_is_a_run_directory_and_a_row(sweep):
+    ran = sweep.go()
+    assert len(ran) == 18 and len({name for _, name in ran}) == 6
+    rows = sweep.rows()
+    assert [row["run"] for row in rows] == sorted(p.name for p in (sweep.out / "runs").iterdir())
+    assert [row["nozzle.mass_flow_kg_s"] for row in rows] == ["0.01"] * 2 + ["0.02"] * 2 + ["0.03"] * 2
+    assert [row["nozzle.speed_m_s"] for row in rows] == ["40.0", "60.0"] * 3
+    assert [float(row["coverage.final"]) for row in rows] == pytest.approx([0.1, 0.1, 0.2, 0.2, 0.3, 0.3])
+    assert {(row["state"], row["cause"], row["coverage.final.u95"], row["coverage.time_98_s"]) for row in rows} == {("done", "", "0.01", "")}
+    assert "dimple.wall_s" not in rows[0]  # a time is a cost
+    assert (sweep.out / "costs.csv").read_text().startswith("run,state,dimple.wall_s,")
+    assert len({row["seed"] for row in rows}) == 6
+
+
+def test_study_json_tells_axes_design_and_counts(sweep):
+    sweep.go(sweep.file("replicates = 2"))
+    told = sweep.study()
+    assert told["runs"] == {"all": 12, "done": 12, "failed": 0, "refused": 0, "waiting": 0} and told["exit_code"] == 0
+    assert told["axes"][1] == {
+        "name": "shot speed", "keys": ["nozzle.speed_m_s"], "unit": "m/s", "range": [40.0, 60.0], "spacing": "linear", "points": 2,
+    }  # fmt: skip
+    assert told["axes"][0]["unit"] == "kg/s" and told["design"]["replicates"] == 2
+
+
+def test_done_again_computes_nothing_and_writes_the_same_table(sweep):
+    sweep.go()
+    before = (sweep.out / "table.csv").read_bytes()
+    assert sweep.go() == []
+    assert (sweep.out / "table.csv").read_bytes() == before
+
+
+def test_the_first_runs_only_then_the_others(sweep):
+    assert len(sweep.go(first=2)) == 6
+    assert [row["state"] for row in sweep.rows()] == ["done"] * 2 + ["waiting"] * 4
+    assert len(sweep.go()) == 12
+
+
+def test_a_failed_run_is_recorded_and_the_others_go_on(sweep):
+    sweep.fail = {"0001": NotConverged("no balance", cause="too fast"), "0004": SolverFailed("died")}
+    sweep.go()
+    rows = sweep.rows()
+    assert [row["state"] for row in rows] == ["done", "failed", "done", "done", "failed", "done"]
+    assert rows[1]["cause"] == "no balance" and rows[1]["coverage.final"] == "" and rows[1]["dimple.radius_m"] == "0.0002"
+    assert exit_code(sweep.out) == NotConverged.exit_code  # the first one's
+    sweep.fail = {}
+    assert sweep.go() == []  # not tried again by itself
+    assert sweep.go(retry_failed=True) == [(s, r) for r in (rows[1]["run"], rows[4]["run"]) for s in ("coverage", "uncertainty")]
+    assert exit_code(sweep.out) == 0
+
+
+def test_a_mistake_in_a_model_fails_its_run_alone(sweep, capsys):
+    sweep.fail = {"0000": ZeroDivisionError("division by zero")}
+    sweep.go()
+    assert sweep.rows()[0]["cause"] == "ZeroDivisionError: division by zero" and exit_code(sweep.out) == 1
+    assert sweep.study()["runs"]["done"] == 5
+
+
+def test_a_worker_that_dies_loses_one_run_and_another_goes_on(sweep):
+    sweep.fail = {"0002": SystemExit(137)}
+    sweep.go()
+    rows = sweep.rows()
+    assert [row["state"] for row in rows] == ["done", "done", "failed", "done", "done", "done"]
+    assert "ended with exit code 137; log logs/worker-0.log" in rows[2]["cause"]
+
+
+def test_invalid_combinations_are_rows_and_not_fatal(sweep):
+    file = sweep.file(more='[[axis]]\nkey = "nozzle.stand_off_m"\nvalues = [0.1, 50.0]\n')
+    sweep.go(file)
+    assert [row["state"] for row in sweep.rows()] == ["done", "refused"] * 6
+    assert sweep.rows()[1]["cause"].startswith("nozzle.stand_off_m: 50.0 is 50000 mm") and exit_code(sweep.out) == 0
+
+
+def test_a_study_without_any_valid_scene_is_refused_with_every_reason_once(sweep):
+    file = sweep.file(more='[set]\nnozzle.divergence = 3.0\n')
+    with pytest.raises(InputError) as caught:
+        sweep.go(file)
+    assert len(caught.value.problems) == 2 and "did you mean" in caught.value.problems[1]
+    assert not sweep.out.exists()
+
+
+def test_a_folder_of_another_study_or_of_something_else_is_refused(sweep):
+    sweep.go()
+    with pytest.raises(InputError, match="holds a study of other runs"):
+        sweep.go(sweep.file("replicates = 2"))
+    (sweep.folder / "mine").mkdir()
+    (sweep.folder / "mine" / "letter.txt").write_text("dear")
+    with pytest.raises(InputError, match="no study's folder"):
+        run_study(sweep.file(), sweep.folder / "mine", 1)
+
+
+def test_a_result_that_is_gone_is_computed_again(sweep):
+    ran = sweep.go()
+    (sweep.out / "runs" / ran[0][1] / "coverage.txt").unlink()
+    assert sweep.go() == [("coverage", ran[0][1])]
+
+
+def test_the_journal_tells_every_start_and_end(sweep):
+    sweep.go(first=1)
+    lines = [line.split(",")[2:] for line in (sweep.out / records.JOURNAL).read_text().splitlines()]
+    assert lines == [[s, e] for s in ("dimple", "coverage", "uncertainty") for e in ("starts", "done")]
+
+
+def test_one_stage_alone_marks_itself_and_is_passed_over_after_a_failure(sweep):
+    """What Snakemake's jobs do."""
+    sweep.go(first=1)
+    name = sweep.rows()[1]["run"]
+    plan = json.loads((sweep.out / "plan.json").read_text())
+    assert [run["run"] for run in plan["runs"]][1] == name and plan["all_stages"] == ["dimple", "coverage", "uncertainty"]
+    sweep.ran.clear()
+    sweep.fail = {"0001": SolverFailed("died")}
+    for stage in plan["all_stages"]:
+        assert worker.main([str(sweep.out), "--run", name, "--stage", stage]) == 0
+    assert sweep.ran == [("dimple", name), ("coverage", name)]
+    assert sorted(p.name for p in (sweep.out / "done" / name).iterdir()) == ["coverage", "dimple", "uncertainty"]
+
+
+def test_a_queue_gives_each_name_once(tmp_path):
+    (tmp_path / "queue").write_text("a\nb")
+    assert [records.claim(tmp_path / "queue") for _ in range(3)] == ["a", "b", None]

@@ -148,9 +148,9 @@ def test_ten_thousand_impacts_take_seconds(dimple, make_impacts):
     press(make_impacts([0.0], [0.0]), dimple)  # compile before the clock starts
     x, y = np.random.default_rng(0).uniform(-2.6e-3, 2.6e-3, (2, 10_000))
     impacts = make_impacts(x, y)
-    start = time.perf_counter()
+    start = time.process_time()
     z = press(impacts, dimple, (4e-3, 4e-3), dimple.radius_m / 16)[2]
-    assert time.perf_counter() - start < 5.0
+    assert time.process_time() - start < 5.0
     assert np.isfinite(z).all()
 
 

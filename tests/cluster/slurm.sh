@@ -7,6 +7,10 @@ place="$PWD/build/slurm"
 export SLURM_CONF="$place/slurm.conf"
 
 down() {
+  # Jobs first: slurmd leaves with its last step, and nobody else would end them.
+  if [ -s "$place/slurmctld.pid" ] && timeout 10 scancel --user "$(id -un)" 2>/dev/null; then
+    for _ in $(seq 30); do [ -n "$(timeout 10 squeue -h 2>/dev/null)" ] || break; sleep 1; done
+  fi
   for name in slurmd slurmctld munged; do
     if [ -s "$place/$name.pid" ]; then kill "$(cat "$place/$name.pid")" 2>/dev/null || true; fi
     rm -f "$place/$name.pid"

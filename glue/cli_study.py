@@ -10,7 +10,7 @@ from pathlib import Path
 
 _DESCRIPTION = """Run a STUDY: a TOML file that names a scene, axes along which it changes (lists, ranges, Latin hypercube or Sobol
 points) and repetitions with other shots; or a shipped study's name. Every run is an ordinary run directory in
-OUT/runs; what they found is in OUT/table.csv, what they cost in OUT/costs.csv. Dimples are solved once for all runs. The same
+OUT/runs; what they found is in OUT/table.csv and OUT/report.html, what they cost in OUT/costs.csv. Dimples are solved once for all runs. The same
 command again goes on: a finished run is never computed twice. A run that fails is recorded, and the others go on."""
 
 _EPILOG = """a study, in full: glue/study/sweep/examples/coverage-lhs.toml
@@ -58,6 +58,9 @@ def _sweep(args, progress) -> int:
         args.study, args.out, args.jobs, progress, executor=args.executor, profile=args.profile,
         retry_failed=args.retry_failed, first=args.runs,
     )  # fmt: skip
+    from glue.report.study_page import write_study_report
+
+    write_study_report(out)
     study = json.loads((out / table.STUDY).read_text(encoding="utf-8"))
     print(json.dumps(study, indent=2) if args.json else _summary(out, study))
     return exit_code(out)
@@ -77,7 +80,8 @@ def _summary(out: Path, study: dict) -> str:
     lines += [f"  {run} {state}: {cause}" for run, state, cause in causes[:5]]
     if len(causes) > 5:
         lines.append(f"  … and {len(causes) - 5} more, in the table")
-    return "\n".join([*lines, f"table: {out / table.TABLE}", f"costs: {out / table.COSTS}"])
+    files = {"table": table.TABLE, "costs": table.COSTS, "report": "report.html"}
+    return "\n".join([*lines, *(f"{what}: {out / name}" for what, name in files.items())])
 
 
 def _dry_run(args) -> int:

@@ -33,6 +33,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], add_help=False)
     parser.add_argument("--runs", type=int, default=RUNS)
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--snakemake-runs", type=int, metavar="N", help="only the first N through Snakemake, which starts a process a stage")
     args, rest = parser.parse_known_args()
     sys.argv[1:] = rest
     rows = Rows(f"{args.runs} runs of {STUDY}, {args.jobs} at a time")
@@ -58,10 +59,15 @@ def main() -> None:
     rows.below("stages started twice: those that the kill caught", twice, args.jobs)
     costs = [float(row["cpu_s"]) for row in _rows(out / "costs.csv") if row["cpu_s"]]
     rows.below("processor time of a run, mean [s]", sum(costs) / max(len(costs), 1), 5.0)
-    by_snakemake = PLACE / "snakemake"
+    by_snakemake, local, few = PLACE / "snakemake", out, args.snakemake_runs or args.runs
+    options = ["--runs", str(few), "--jobs", str(args.jobs)]
+    if few < args.runs:
+        local = PLACE / "local-few"
+        run_module("glue", ["sweep", STUDY, "--out", local, *options], log=PLACE / "few.log")
     ended = run_module("glue", ["sweep", STUDY, "--out", by_snakemake, "--executor", "snakemake", *options], log=PLACE / "snakemake.log")
-    same = (by_snakemake / "table.csv").is_file() and (by_snakemake / "table.csv").read_bytes() == (out / "table.csv").read_bytes()
-    rows.true("Snakemake's table is the same", same, f"{ended.wall_s:.0f} s wall, exit code {ended.exit_code}")
+    same = (by_snakemake / "table.csv").is_file() and (by_snakemake / "table.csv").read_bytes() == (local / "table.csv").read_bytes()
+    done = sum(row["state"] == "done" for row in _rows(by_snakemake / "table.csv"))
+    rows.true(f"Snakemake's table is the same, {few} runs", same and done == few, f"{done} done, {ended.wall_s:.0f} s wall, exit code {ended.exit_code}")
     rows.finish()
 
 

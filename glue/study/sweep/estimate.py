@@ -12,8 +12,8 @@ from glue.study.flow_stage import restitution_estimate
 from glue.study.rundir import STAGE_ORDER
 from glue.study.target_stage import expected_work
 
-# Measured on one core of the machine of the README: seconds of one solved speed over (elements per radius)^2, and of
-# stages that cost about the same in every scene.
+# Rough, from a few runs on one core: seconds of one solved speed over (elements per radius)^2, and of stages that cost
+# about the same in every scene.
 _SPEED_S = 0.22
 _FLAT_S = {"dimple": 0.3, "coverage": 0.3, "surface": 3.0, "uncertainty": 0.3, "report": 8.0}
 _MEMORY_MB = {"dimple": 500, "flow": 700, "coverage": 700, "target": 900, "surface": 900, "uncertainty": 500, "report": 1500}

@@ -25,7 +25,8 @@ def coverage_stage(work: Work) -> tuple[dict, list[str]]:
 
     ``avrami`` takes from the log how many impacts fell into the window and how large their dimples are, and from
     the nozzles how they are spread over place and time; ``avrami_mass_flow`` takes their number from the mass
-    flow too.
+    flow too, and ``avrami_undisturbed`` also their dimples, from the speed at the nozzle: what shots that meet no
+    other and no air would do (of an oblique impact without the lengthening by friction).
     """
     scene, dimple = work.scene, load_dimple(work.path)
     impacts, window = load_impacts(work.path, scene), scene.target.window_m
@@ -63,9 +64,15 @@ def coverage_stage(work: Work) -> tuple[dict, list[str]]:
                 f"the expected coverage ends at {expected[-1]:.4f}, with the feed or beside the jet; more passes are needed"
             )
         metrics["avrami_mass_flow_final"] = float(by_mass.coverage([scene.exposure_time_s])[0])
+        undisturbed = expected_hits(scene, dimple_areas_m2(scene, dimple, impacts[:0], area[:0]))
+        for key, hits in (("avrami_mass_flow_time_98_s", by_mass), ("avrami_undisturbed_time_98_s", undisturbed)):
+            metrics[key] = hits.time_to(FULL_COVERAGE)
+            if metrics[key] is None:
+                metrics[f"{key}_reason"] = "the expected coverage ends below that, with the feed or beside the jet"
     else:
         nothing = "no impact inside the window"
-        for key in ("avrami_final", "avrami_time_98_s", "avrami_mass_flow_final"):
+        times_98 = ("avrami_time_98_s", "avrami_mass_flow_time_98_s", "avrami_undisturbed_time_98_s")
+        for key in ("avrami_final", *times_98, "avrami_mass_flow_final"):
             metrics |= {key: None, f"{key}_reason": nothing}
     if count:
         speed = normal_speed_m_s(impacts)

@@ -16,7 +16,7 @@ SUDO     := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 export OMP_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup peen test test-all tools plugin doctor checks bench-dimple bench-flow bench-target bench-oblique bench-uncertainty bench-target-error bench-intensity tradeoff fit-collisions fit-layers extremes thresholds check-report readme bench-design bench-dilute bench-trends slurm-up slurm-down check-cluster bench-sweep
+.PHONY: help setup peen test test-all tools plugin doctor checks bench-dimple bench-flow bench-target bench-oblique bench-uncertainty bench-target-error bench-intensity tradeoff fit-collisions fit-layers extremes thresholds check-report readme bench-design bench-dilute bench-trends slurm-up slurm-down check-cluster bench-sweep studies
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -144,6 +144,14 @@ bench-sweep: plugin ## the study of 200 runs, killed in the middle and gone on w
 	@$(CLUSTER)
 	@mkdir -p build/bench
 	$(BIN)/python tests/benchmarks/bench_sweep.py --json build/bench/sweep.json $(SWEEP)
+
+STUDIES := coverage-mass-flow coverage-speed coverage-diameter coverage-angle coverage-feed stress-coverage stress-speed stress-diameter stress-shots
+
+studies: plugin ## the shipped studies: tables, figures, summary, trends, into build/studies (15 minutes; goes on where it was stopped)
+	@mkdir -p build/bench
+	for study in $(STUDIES); do $(BIN)/peen sweep $$study --out build/studies/$$study >/dev/null || exit; done
+	$(BIN)/python -m glue.report.study_figures build/studies --docs docs/studies.png
+	$(BIN)/python tests/benchmarks/bench_studies.py --json build/bench/studies.json
 
 README_RUNS := $(addprefix build/readme/,fast balanced reference)
 $(README_RUNS): build/readme/%: plugin

@@ -26,7 +26,8 @@ COVERAGE = {
     "coverage-angle": panels.ANGLE, "coverage-feed": panels.FEED,
 }  # fmt: skip
 STRESS = {
-    "stress-coverage": panels.PERCENT, "stress-speed": panels.SPEED, "stress-diameter": panels.DIAMETER, "stress-shots": panels.IMPACTS,
+    "stress-coverage": panels.PERCENT, "stress-speed": panels.SPEED, "stress-diameter": panels.DIAMETER,
+    "stress-shots": panels.IMPACTS,
 }  # fmt: skip
 STUDIES = COVERAGE | STRESS
 _LOG_TIME = ("coverage-mass-flow",)
@@ -88,24 +89,27 @@ def draw_overview(folder: Path, path: Path) -> Path:
         grid[0, 0].set_title("Coverage for five mass flows")
         panels.time_panel(grid[0, 1], flow, panels.MASS_FLOW)
         grid[0, 1].set_title("Time to 98 %: shots that meet take longer")
-        by_collisions = {COVERAGE[n].label: found[n] for n in ("coverage-mass-flow", "coverage-speed", "coverage-diameter")}
-        panels.deviation_panel(grid[0, 2], by_collisions)
+        normal = ("coverage-mass-flow", "coverage-speed", "coverage-diameter")  # jets straight down
+        panels.deviation_panel(grid[0, 2], {COVERAGE[name].label: found[name] for name in normal})
         grid[0, 2].set_title("Later than shots that meet no other")
-        panels.relative_panel(grid[1, 0], {COVERAGE[n]: found[n] for n in ("coverage-speed", "coverage-diameter", "coverage-angle")})
+        one_flow = ("coverage-speed", "coverage-diameter", "coverage-angle")
+        panels.relative_panel(grid[1, 0], {COVERAGE[name]: found[name] for name in one_flow})
         grid[1, 0].set_title("Time to 98 % against speed, diameter, angle")
         panels.value_panel(grid[1, 1], found["stress-coverage"], panels.PERCENT, (panels.LARGEST, panels.SURFACE))
         grid[1, 1].set_title("Residual stress against coverage")
-        panels.depth_panel(grid[1, 2], {STRESS[n]: found[n] for n in ("stress-speed", "stress-diameter")})
+        panels.depth_panel(grid[1, 2], {STRESS[name]: found[name] for name in ("stress-speed", "stress-diameter")})
         grid[1, 2].set_title("Depth and roughness against speed, diameter")
     return path
 
 
 def summary(found: dict[str, Sequence[Point]]) -> str:
     """Markdown: a table for each study, a row for each point; quantities that a study has not are left out."""
-    parts = ["# The shipped studies", "", "Means over replicates, ± the standard deviation of one run. 100 % is the time to 98 %, 200 % twice that."]
+    how = "Means over replicates, ± the standard deviation of one run. 100 % is the time to 98 %, 200 % twice that."
+    parts = ["# The shipped studies", "", how]
     for name, points in found.items():
         columns = _columns(name, points)
-        parts += ["", f"## {name}", "", "| " + " | ".join(title for title, _ in columns) + " |", "|---" + "|---:" * (len(columns) - 1) + "|"]
+        head, rule = " | ".join(title for title, _ in columns), "|---" + "|---:" * (len(columns) - 1) + "|"
+        parts += ["", f"## {name}", "", f"| {head} |", rule]
         parts += ["| " + " | ".join(cells[k] for _, cells in columns) + " |" for k in range(len(points))]
     return "\n".join(parts) + "\n"
 
@@ -152,14 +156,13 @@ def _exponent_title(name: str, points: Sequence[Point], x: Quantity) -> str:
 
 def with_sines(points: Sequence[Point]) -> list[Point]:
     """The points with a column SINE of their impact angle."""
-    return [
-        Point(p.names, p.columns | {SINE: tuple(math.sin(math.radians(a)) for a in p.columns[panels.ANGLE.column])}) for p in points
-    ]
+    angle = panels.ANGLE.column
+    return [Point(p.names, p.columns | {SINE: tuple(math.sin(math.radians(a)) for a in p.columns[angle])}) for p in points]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("folder", type=Path, help="holds a folder for each study, made by peen sweep STUDY --out FOLDER/STUDY")
+    parser.add_argument("folder", type=Path, help="holds a folder for each study, by peen sweep STUDY --out FOLDER/STUDY")
     parser.add_argument("--docs", type=Path, metavar="PNG", help="also draw the one figure of all studies")
     args = parser.parse_args(arguments)
     try:

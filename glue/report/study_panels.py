@@ -6,7 +6,7 @@ Points are those of ``glue.study.sweep.points``; bars are plus and minus one sta
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -55,8 +55,11 @@ TENTH = Quantity("residual_stress.tenth_depth_m", "depth of a tenth of it", 1e6,
 SA = Quantity("roughness.Sa_m", "Sa", 1e6, "µm")
 
 
-def curves_panel(axes, curves: Sequence[tuple[str, np.ndarray, np.ndarray, np.ndarray]], *, log: bool = False, by: str = "exposure time [s]") -> None:
-    """Coverage against time, or passes: (name, x, counted, Avrami's) of each value, Avrami dashed; ``log``: of the time."""
+Curve = tuple[str, np.ndarray, np.ndarray, np.ndarray]  # name, time or passes, coverage counted, Avrami's
+
+
+def curves_panel(axes, curves: Sequence[Curve], *, log: bool = False, by: str = "exposure time [s]") -> None:
+    """Coverage against time, or passes, a colour for each value, Avrami dashed; ``log``: of the time."""
     from matplotlib import colormaps
 
     for (name, x, counted, expected), share in zip(curves, np.linspace(0.0, 0.85, len(curves)), strict=True):
@@ -64,7 +67,7 @@ def curves_panel(axes, curves: Sequence[tuple[str, np.ndarray, np.ndarray, np.nd
         axes.plot(x, 100 * counted, color=colour, label=name)
         axes.plot(x, 100 * expected, color=colour, ls=DASHED, lw=1.2)
     axes.axhline(98, color=GREY, lw=1.0)
-    axes.annotate("98 %", (1.0, 98), xycoords=axes.get_yaxis_transform(), xytext=(-2, -3), textcoords="offset points", ha="right", va="top", color=GREY)
+    axes.text(1.01, 98, "98 %", transform=axes.get_yaxis_transform(), va="center", color=GREY)
     axes.set(xlabel=by, ylabel="coverage [%]", ylim=(0, 103))
     if log:
         ends = [next(t for t, c in zip(x, counted, strict=True) if c > 0.02) for _, x, counted, _ in curves]
@@ -75,11 +78,8 @@ def curves_panel(axes, curves: Sequence[tuple[str, np.ndarray, np.ndarray, np.nd
     axes.legend(fontsize=9, title="Avrami dashed", title_fontsize=9)
 
 
-def time_panel(axes, points: Sequence[Point], x: Quantity, of_x: Callable[[float], float] = lambda v: v) -> None:
-    """Time to 98 % against an axis, both logarithmic, beside Avrami's two forms.
-
-    ``of_x``: what the exponent in the title is one of, of the printed value, such as the sine of an angle.
-    """
+def time_panel(axes, points: Sequence[Point], x: Quantity) -> None:
+    """Time to 98 % against an axis, both logarithmic, beside Avrami's two forms."""
     at = [x.of(p) for p in points]
     _bars(axes, at, [p.value(TIME_98) for p in points], 1.0, BLUE, "o", "counted")
     known = ((RATE_FORM, ORANGE, DASHED, "(2.1), from the impacts"), (FLOW_FORM, GREEN, DOTTED, "(2.2), from the mass flow"))
@@ -113,11 +113,11 @@ def late(point: Point) -> Value | None:
 
 def passes_panel(axes, points: Sequence[Point]) -> None:
     """Passes to 98 % against feed speed: counted where it was reached, else carried on from the hits so far; Avrami's."""
-    for carried, colour, mark, label in ((False, BLUE, "o", "reached"), (True, ORANGE, "s", "carried on from the end")):
+    for carried, colour, mark, label in ((False, BLUE, "o", "counted"), (True, ORANGE, "s", "carried on by hits")):
         some = [(FEED.of(p), passes_to_full(p)) for p in points if (p.each(TIME_98) is None) == carried]
         if some:
             _bars(axes, [x for x, _ in some], [v for _, v in some], 1.0, colour, mark, label)
-    by_flow = sorted({(FEED.of(p), passes_of(p, "coverage.avrami_mass_flow_final")) for p in points if p.mean(PASSES.column) == 4})
+    by_flow = sorted((FEED.of(p), passes_of(p, "coverage.avrami_mass_flow_final")) for p in points if p.mean(PASSES.column) == 4)
     axes.plot([x for x, _ in by_flow], [n for _, n in by_flow], color=GREEN, ls=DOTTED, label="(2.2), from the mass flow")
     axes.set(xscale="log", yscale="log", xlabel=FEED.title(), ylabel="passes to 98 %")
     plain_log(axes, [x for x, _ in by_flow])
@@ -132,8 +132,8 @@ def passes_of(point: Point, column: str) -> float:
 def passes_to_full(point: Point) -> Value:
     """Passes to 98 %: mean and scatter over the replicates.
 
-    Where all reached it, the number of the pass that did; else carried on from the coverage at the end, C = 1 - exp(-hits),
-    by hits in proportion to passes.
+    Where all reached it, the number of the pass that did; else carried on from the coverage at the end,
+    C = 1 - exp(-hits), by hits in proportion to passes.
     """
     number, reached = point.mean(PASSES.column), point.each(TIME_98)
     if reached is not None:
@@ -148,7 +148,9 @@ def _exposures(point: Point) -> list[float]:
     return [0.01 * percent * time for percent, time in zip(point.each("coverage.percent"), point.each(TIME_98), strict=True)]
 
 
-def value_panel(axes, points: Sequence[Point], x: Quantity, shown: Sequence[Quantity], *, log_x: bool = False, title: str = "") -> None:
+def value_panel(
+    axes, points: Sequence[Point], x: Quantity, shown: Sequence[Quantity], *, log_x: bool = False, title: str = ""
+) -> None:
     """One or two quantities against another, from zero up (stresses down)."""
     at = [x.of(p) for p in points]
     for quantity, colour, mark, line in zip(shown, (BLUE, RED), "os", ("-", DASHED), strict=False):
@@ -190,16 +192,13 @@ def _bars(axes, x, values: Sequence[Value | None], factor: float, colour: str, m
     known = [(a, v) for a, v in zip(x, values, strict=True) if v is not None]
     sd = [0.0 if math.isnan(v.sd) else abs(factor) * v.sd for _, v in known]
     axes.errorbar(
-        [a for a, _ in known], [factor * v.mean for _, v in known], yerr=sd, color=colour, fmt=mark, ls=line or "none", ms=6.5, mec="white",
-        capsize=3, elinewidth=1.4, lw=1.6, label=label, zorder=4,
+        [a for a, _ in known], [factor * v.mean for _, v in known], yerr=sd, color=colour, fmt=mark, ls=line or "none", ms=6.5,
+        mec="white", capsize=3, elinewidth=1.4, lw=1.6, label=label, zorder=4,
     )  # fmt: skip
 
 
 def relative_panel(axes, studies: dict[Quantity, Sequence[Point]]) -> None:
-    """Time to 98 % over that at a study's reference point, against the axis over its own there: power laws are straight.
-
-    The reference is the point at the scene's own value, where the time was counted for 60 m/s, 1 mm, 90 degrees.
-    """
+    """Time to 98 % over that at 60 m/s, 1 mm, 90 degrees, against the axis over its value there: power laws are straight."""
     own = {SPEED.column: 60.0, DIAMETER.column: 1.0, ANGLE.column: 90.0}
     for (x, points), colour, mark in zip(studies.items(), (RED, GREEN, BLUE), "sDo", strict=False):
         known = [p for p in points if p.value(TIME_98)]
@@ -221,7 +220,8 @@ def depth_panel(axes, studies: dict[Quantity, Sequence[Point]]) -> None:
         base = min(points, key=lambda p: abs(x.of(p) - own[x.column]))
         at = [x.of(p) / x.of(base) for p in points]
         for q, mark, line, word in ((TENTH, "o", "-", "depth"), (SA, "s", DASHED, "Sa")):
-            _bars(axes, at, [p.value(q.column) for p in points], 1.0 / base.mean(q.column), colour, mark, f"{word} by {x.label}", line)
+            scale, label = 1.0 / base.mean(q.column), f"{word} by {x.label}"
+            _bars(axes, at, [p.value(q.column) for p in points], scale, colour, mark, label, line)
     axes.set(xscale="log", yscale="log", xlabel="value / value at 60 m/s, 1 mm", ylabel="result / result there")
     plain_log(axes, (0.5, 0.6, 0.7, 0.8, 1.0, 1.2, 1.4))
     axes.legend(fontsize=9)

@@ -50,9 +50,10 @@ def mass_flow(rows: Rows) -> None:
     dense = power(points[-2:], flow, T98)
     rows.true("t98 against mass flow, two densest: sub-linear", dense.exponent - dense.standard_error > -1.0, _told(dense))
     late = [panels.late(point) for point in points]
-    most = late[-1]
-    rows.true("densest: later than shots that meet no other", most.mean > 3.0 * most.standard_error, f"{most.mean:+.1%} ± {most.standard_error:.1%}")
-    rows.true("lateness greatest where the collision number is", max(late, key=lambda v: v.mean) is most, ", ".join(f"{v.mean:+.1%}" for v in late))
+    most, error = late[-1], late[-1].standard_error
+    rows.true("densest: later than shots that meet no other", most.mean > 3.0 * error, f"{most.mean:+.1%} ± {error:.1%}")
+    told = ", ".join(f"{value.mean:+.1%}" for value in late)
+    rows.true("lateness greatest where the collision number is", max(late, key=lambda v: v.mean) is most, told)
 
 
 def speed(rows: Rows) -> float:
@@ -77,7 +78,8 @@ def angle(rows: Rows, p: float) -> None:
     expected = sines ** -(1.0 + 2.0 * p) / np.interp(sines, *zip(*STRETCH, strict=True))
     slope = float(np.polyfit(np.log(sines), np.log(expected), 1)[0])
     found = power(points, SINE, T98)
-    _exponent(rows, "t98 against sin(angle), fixed jet", found, slope, COLLISIONS, f"1 + 2 p = {1 + 2 * p:.2f}, less the dimples' lengthening")
+    note = f"1 + 2 p = {1 + 2 * p:.2f}, less the dimples' lengthening"
+    _exponent(rows, "t98 against sin(angle), fixed jet", found, slope, COLLISIONS, note)
     rows.true("steeper than 1/sin, that of a fixed peened area", found.exponent + 3.0 * found.standard_error < -1.0, _told(found))
 
 
@@ -94,17 +96,21 @@ def feed(rows: Rows) -> None:
     for point in (p for p in full if p.mean(panels.FEED.column) == slowest_feed):
         carried = float(np.mean([panels.passes_to_full(p).mean for p in at_one_feed]))
         # the pass that completes 98 % is the next whole one, on average half a pass later
-        rows.within("pass that reaches 98 %, carried on from fewer passes", panels.passes_to_full(point).mean, carried + 0.5, 0.15 * carried)
+        number = panels.passes_to_full(point).mean
+        rows.within("pass that reaches 98 %, carried on from fewer", number, carried + 0.5, 0.15 * carried)
 
 
 def stress_by_coverage(rows: Rows) -> None:
     points = read_points(FOLDER / "stress-coverage")
     largest = [-panels.LARGEST.of(point) for point in points]
-    rows.true("100 % and 200 % are among the exposures", _has(points, 100.0) and _has(points, 200.0), f"{[round(panels.PERCENT.of(p)) for p in points]} %")
-    rows.below("largest stress, change from 100 % to 200 %", abs(largest[-1] / largest[-2] - 1.0), 0.1, f"{largest[-2]:.0f} to {largest[-1]:.0f} MPa")
-    rows.true("the last doubling adds less than the first", largest[-1] - largest[-2] < largest[1] - largest[0], f"{[round(v) for v in largest]} MPa")
+    told = f"{[round(panels.PERCENT.of(p)) for p in points]} %"
+    rows.true("100 % and 200 % are among the exposures", _has(points, 100.0) and _has(points, 200.0), told)
+    change, told = abs(largest[-1] / largest[-2] - 1.0), f"{[round(v) for v in largest]} MPa"
+    rows.below("largest stress, change from 100 % to 200 %", change, 0.1, told)
+    rows.true("the last doubling adds less than the first", largest[-1] - largest[-2] < largest[1] - largest[0], told)
     rough = [panels.SA.of(point) for point in points]
-    rows.below("Sa, change from 100 % to 200 %", abs(rough[-1] / rough[-2] - 1.0), 0.15, f"{rough[-2]:.2f} to {rough[-1]:.2f} um")
+    told = f"{rough[-2]:.2f} to {rough[-1]:.2f} um"
+    rows.below("Sa, change from 100 % to 200 %", abs(rough[-1] / rough[-2] - 1.0), 0.15, told)
 
 
 def stress_by_shots(rows: Rows) -> None:
@@ -140,7 +146,8 @@ def _reached(rows: Rows, name: str) -> list[Point]:
 
 def _with_hits(point: Point) -> Point:
     """With a column of hits per point, from the coverage at the end."""
-    return Point(point.names, point.columns | {HITS: tuple(-math.log1p(-min(c, 1.0 - 1e-6)) for c in point.columns["coverage.final"])})
+    hits = tuple(-math.log1p(-min(c, 1.0 - 1e-6)) for c in point.columns["coverage.final"])  # a window may be full
+    return Point(point.names, point.columns | {HITS: hits})
 
 
 def _has(points: list[Point], percent: float) -> bool:

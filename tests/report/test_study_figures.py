@@ -14,8 +14,10 @@ from glue.study.sweep.points import Point, read_points
 
 # axis: (column, values, exponent of the time to 98 %)
 AXES = {
-    "coverage-mass-flow": ("nozzle.mass_flow_kg_s", (0.001, 0.01), -1.0), "coverage-speed": ("nozzle.speed_m_s", (30.0, 60.0), -1.0),
-    "coverage-diameter": ("shots.diameter_m", (0.5e-3, 1e-3), 1.0), "coverage-angle": ("nozzle.impact_angle_deg", (30.0, 90.0), -1.0),
+    "coverage-mass-flow": ("nozzle.mass_flow_kg_s", (0.001, 0.01), -1.0),
+    "coverage-speed": ("nozzle.speed_m_s", (30.0, 60.0), -1.0),
+    "coverage-diameter": ("shots.diameter_m", (0.5e-3, 1e-3), 1.0),
+    "coverage-angle": ("nozzle.impact_angle_deg", (30.0, 90.0), -1.0),
     "coverage-feed": ("nozzle.feed_speed_m_s", (0.01, 0.02), 0.0), "stress-coverage": ("exposure_time_s", (2.0, 4.0), 0.0),
     "stress-speed": ("nozzle.speed_m_s", (30.0, 60.0), -1.0), "stress-diameter": ("shots.diameter_m", (0.5e-3, 1e-3), 1.0),
     "stress-shots": ("exposure_time_s", (2.0, 4.0), 0.0),
@@ -30,11 +32,13 @@ def make(folder, name, reached=True):
         for replicate in (0, 1):
             run, t98 = f"{point}{replicate}", 4.0 * (value / values[1]) ** exponent * (0.95, 1.05)[replicate]
             rows.append({
-                "run": run, "state": "done", "point": point, key: value, "nozzle.passes": 4, "coverage.final": 0.99 if reached else 0.9,
+                "run": run, "state": "done", "point": point, key: value, "nozzle.passes": 4,
+                "coverage.final": 0.99 if reached else 0.9,
                 "coverage.time_98_s": t98 if reached else "", "coverage.percent": 125.0 if reached else 90.0,
                 "coverage.avrami_time_98_s": 0.9 * t98, "coverage.avrami_mass_flow_time_98_s": 0.8 * t98,
-                "coverage.avrami_undisturbed_time_98_s": 0.5 * t98, "coverage.avrami_mass_flow_final": 0.95, "coverage.impacts_in_window": 100 * (point + 1),
-                "flow.collision_number": 0.1 * (point + 1), "residual_stress.max_compressive_Pa": -3e8, "residual_stress.surface_Pa": -2e8,
+                "coverage.avrami_undisturbed_time_98_s": 0.5 * t98, "coverage.avrami_mass_flow_final": 0.95,
+                "coverage.impacts_in_window": 100 * (point + 1), "flow.collision_number": 0.1 * (point + 1),
+                "residual_stress.max_compressive_Pa": -3e8, "residual_stress.surface_Pa": -2e8,
                 "residual_stress.tenth_depth_m": 4e-4, "roughness.Sa_m": 5e-6,
             })  # fmt: skip
             (folder / "runs" / run).mkdir(parents=True)

@@ -32,7 +32,7 @@ def work(tmp_path, monkeypatch):
         dimple = SimpleNamespace(
             radius_m=RADIUS, contact_time_s=2e-6, diameter_m=1e-3, density_kg_m3=7800.0, speed_m_s=60.0,
             restitution=restitution, restitution_exponent=0.25,
-            radius_for=lambda d, v, rho: np.full(np.shape(d), RADIUS),
+            radius_for=lambda d, v, rho: RADIUS * np.asarray(d) / 1e-3,
             beyond_table=lambda d, v, rho: np.asarray(v) < 1.0,
         )  # fmt: skip
         for module in (stages, coverage_stage, flow_stage, target_stage):
@@ -61,6 +61,9 @@ def test_coverage_of_two_impacts(work, tmp_path):
     assert found["avrami_mass_flow_final"] == pytest.approx(
         1 - math.exp(-shots * disc / (math.pi * 0.01**2)), rel=1e-12
     )
+    by_mass = 3.0 * math.log(50) * math.pi * 0.01**2 / (shots * disc)
+    assert found["avrami_mass_flow_time_98_s"] == pytest.approx(by_mass, rel=1e-9)
+    assert found["avrami_undisturbed_time_98_s"] == pytest.approx(by_mass, rel=1e-9)  # these two met no other
     assert files == ["coverage.csv"]
     lines = (tmp_path / "coverage.csv").read_text().splitlines()
     assert lines[0] == "time_s,coverage,avrami" and lines[1] == "0,0,0"
@@ -72,7 +75,7 @@ def test_coverage_of_two_impacts(work, tmp_path):
 def test_full_coverage_is_timed_by_the_impact_that_completes_it(work, tmp_path):
     job = work([(0.25, 0.0), (1.75, 0.0)])
     wide = job.scene.target.window_m
-    stages.load_dimple(None).radius_for = lambda d, v, rho: np.array([1e-4, max(wide)])
+    stages.load_dimple(None).radius_for = lambda d, v, rho: np.array([1e-4, max(wide)]) if np.ndim(d) else 1e-4
     found = stages.coverage_stage(job)[0]["coverage"]
     assert (found["final"], found["time_98_s"]) == (1.0, 1.75)
     assert 1.75 in np.loadtxt(tmp_path / "coverage.csv", delimiter=",", skiprows=1)[:, 0]
@@ -81,7 +84,8 @@ def test_full_coverage_is_timed_by_the_impact_that_completes_it(work, tmp_path):
 def test_no_impact_at_all_is_null_with_a_reason(work):
     found = stages.coverage_stage(work([]))[0]["coverage"]
     assert found["final"] == 0.0 and found["impacts_in_window"] == 0
-    for key in ("time_98_s", "avrami_final", "avrami_time_98_s", "avrami_mass_flow_final", "peeq_final"):
+    times_98 = ("time_98_s", "avrami_time_98_s", "avrami_mass_flow_time_98_s", "avrami_undisturbed_time_98_s")
+    for key in (*times_98, "avrami_final", "avrami_mass_flow_final", "peeq_final"):
         assert found[key] is None and found[f"{key}_reason"]
 
 

@@ -43,7 +43,8 @@ def test_power_law_finds_its_exponent_and_the_error_that_scatter_makes():
     x = [20.0, 40.0, 80.0]
 
     def points(scatter):
-        return [Point(("",) * 50, {"x": (v,) * 50, "y": tuple(-3.0 * v**-0.9 * np.exp(scatter * rng.normal(size=50)))}) for v in x]
+        chance = np.exp(scatter * rng.normal(size=(3, 50)))
+        return [Point(("",) * 50, {"x": (v,) * 50, "y": tuple(-3.0 * v**-0.9 * c)}) for v, c in zip(x, chance, strict=True)]
 
     exact = power(points(0.0), "x", "y")  # of stresses, below 0, too
     assert exact.exponent == pytest.approx(-0.9) and exact.standard_error < 1e-12 and exact.constant == pytest.approx(3.0)
@@ -59,7 +60,8 @@ def test_mean_curve_ends_with_the_shortest(tmp_path):
     for name, end, rise in (("a", 4.0, 0.1), ("b", 5.0, 0.2)):
         (tmp_path / "runs" / name).mkdir(parents=True)
         t = np.linspace(0.0, end, 30)
-        np.savetxt(tmp_path / "runs" / name / "coverage.csv", np.c_[t, rise * t, t / 10], delimiter=",", header="time_s,coverage,avrami")
+        file = tmp_path / "runs" / name / "coverage.csv"
+        np.savetxt(file, np.c_[t, rise * t, t / 10], delimiter=",", header="time_s,coverage,avrami")
     times, counted, expected = mean_curve(tmp_path, Point(("a", "b"), {}))
     assert times[-1] == 4.0 and counted == pytest.approx(0.15 * times) and expected == pytest.approx(times / 10)
     with pytest.raises(InputError, match="coverage.csv"):

@@ -32,6 +32,7 @@ STRESS = {
 STUDIES = COVERAGE | STRESS
 _LOG_TIME = ("coverage-mass-flow",)
 _LOG_X = ("stress-shots",)
+_COLLIDING = ("coverage-mass-flow",)  # over a wide range of the collision number
 _MEASURED_X = ("stress-coverage", "stress-shots")  # their axis is a result of the runs
 SINE = "sine of the angle"
 
@@ -47,8 +48,9 @@ def draw_study(name: str, folder: Path, path: Path) -> Path:
             panels.value_panel(middle, points, x, (panels.TENTH,), log_x=log, title="How deep it reaches")
             panels.value_panel(right, points, x, (panels.SA,), log_x=log, title="Roughness")
         return path
-    with styled_figure(path, (12.0, 4.6)) as figure:
-        left, right = figure.subplots(1, 2)
+    width = 17.0 if name in _COLLIDING else 12.0
+    with styled_figure(path, (width, 4.6)) as figure:
+        left, right, *others = figure.subplots(1, 3 if name in _COLLIDING else 2)
         if name == "coverage-feed":
             panels.curves_panel(left, pass_curves(folder, points), by="passes")
             left.set_title("Coverage, mean over replicates")
@@ -59,6 +61,9 @@ def draw_study(name: str, folder: Path, path: Path) -> Path:
         left.set_title("Coverage, mean over replicates")
         panels.time_panel(right, points, x)
         right.set_title(_exponent_title(name, points, x))
+        for axes in others:
+            panels.deviation_panel(axes, {x.label: points})
+            axes.set_title("Later than shots that meet no other")
     return path
 
 

@@ -51,7 +51,7 @@ PERCENT = Quantity("coverage.percent", "coverage as the trade counts", 1.0, "%")
 IMPACTS = Quantity("coverage.impacts_in_window", "shots that struck the window")
 LARGEST = Quantity("residual_stress.max_compressive_Pa", "largest compressive stress", 1e-6, "MPa")
 SURFACE = Quantity("residual_stress.surface_Pa", "stress at the surface", 1e-6, "MPa")
-TENTH = Quantity("residual_stress.tenth_depth_m", "depth of a tenth of it", 1e6, "µm")
+TENTH = Quantity("residual_stress.tenth_depth_m", "depth with a tenth of it left", 1e6, "µm")
 SA = Quantity("roughness.Sa_m", "Sa", 1e6, "µm")
 
 
@@ -63,15 +63,15 @@ def curves_panel(axes, curves: Sequence[Curve], *, log: bool = False, by: str = 
     from matplotlib import colormaps
 
     for (name, x, counted, expected), share in zip(curves, np.linspace(0.0, 0.85, len(curves)), strict=True):
-        colour = colormaps[FIELD_MAP](share)
+        colour, start = colormaps[FIELD_MAP](share), int(log)  # a logarithmic axis has no zero
+        x, counted, expected = x[start:], counted[start:], expected[start:]
         axes.plot(x, 100 * counted, color=colour, label=name)
         axes.plot(x, 100 * expected, color=colour, ls=DASHED, lw=1.2)
     axes.axhline(98, color=GREY, lw=1.0)
     axes.text(1.01, 98, "98 %", transform=axes.get_yaxis_transform(), va="center", color=GREY)
     axes.set(xlabel=by, ylabel="coverage [%]", ylim=(0, 103))
     if log:
-        ends = [next(t for t, c in zip(x, counted, strict=True) if c > 0.02) for _, x, counted, _ in curves]
-        axes.set(xscale="log", xlim=(min(ends), max(x[-1] for _, x, _, _ in curves)))
+        axes.set(xscale="log", xlim=(min(x[1] for _, x, _, _ in curves), max(x[-1] for _, x, _, _ in curves)))
         axes.xaxis.set_major_formatter("{x:g}")
     else:
         axes.set_xlim(0, max(x[-1] for _, x, _, _ in curves))
@@ -139,7 +139,8 @@ def passes_to_full(point: Point) -> Value:
     if reached is not None:
         each = [math.ceil(number * time / all_s) for time, all_s in zip(reached, _exposures(point), strict=True)]
     else:
-        each = [FULL * number / -math.log1p(-final) for final in point.each("coverage.final")]
+        most = 1.0 - 1e-6  # some replicates may be full, others not
+        each = [FULL * number / -math.log1p(-min(final, most)) for final in point.each("coverage.final")]
     return Value(float(np.mean(each)), float(np.std(each, ddof=1)) if len(each) > 1 else math.nan, len(each))
 
 

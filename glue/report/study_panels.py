@@ -99,7 +99,9 @@ def deviation_panel(axes, studies: dict[str, Sequence[Point]]) -> None:
     axes.axhline(0, color="#404040", lw=1.0)
     axes.set(xscale="log", xlabel="collision number", ylabel="time to 98 % above (2.2) [%]")
     axes.xaxis.set_major_formatter("{x:g}")
-    axes.legend(fontsize=9)
+    axes.xaxis.set_minor_formatter("")
+    if len(studies) > 1:
+        axes.legend(fontsize=9)
 
 
 def late(point: Point) -> Value | None:

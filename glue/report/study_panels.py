@@ -38,7 +38,7 @@ class Quantity(NamedTuple):
         return self.factor * point.mean(self.column)
 
     def word(self, point: Point) -> str:
-        return f"{self.of(point):g} {self.unit}".strip()
+        return f"{self.of(point):g} {self.unit}".strip().replace(" °", "°")
 
 
 MASS_FLOW = Quantity("nozzle.mass_flow_kg_s", "mass flow", 1e3, "g/s")

@@ -122,7 +122,8 @@ def stress_by_shots(rows: Rows) -> None:
 
 
 def stress_by_diameter(rows: Rows) -> None:
-    """Similarity: at one speed lengths are in proportion to the diameter; only the strain rate (a per cent or so) breaks it."""
+    """Similarity: at one speed lengths are in proportion to the diameter.  The layer model has it built in; what is looked at
+    is that collisions, counts and the stamp do not spoil it."""
     points, d = read_points(FOLDER / "stress-diameter"), panels.DIAMETER.column
     _exponent(rows, "depth of a tenth against diameter", power(points, d, panels.TENTH.column), 1.0, 0.05)
     _exponent(rows, "largest stress against diameter", power(points, d, panels.LARGEST.column), 0.0, 0.05)

@@ -161,7 +161,7 @@ def value_panel(
     axes.set(xlabel=x.title(), ylabel=shown[0].title() if len(shown) == 1 else f"stress [{shown[0].unit}]", title=title)
     if log_x:
         axes.set_xscale("log")
-        plain_log(axes, at, y=False)
+        axes.xaxis.set_major_formatter("{x:g}")
     low, high = axes.get_ylim()
     axes.set_ylim((1.05 * low, 0.0) if high <= 0.0 or low < 0.0 else (0.0, 1.05 * high))
     if len(shown) > 1:
@@ -177,18 +177,17 @@ def exponent_text(points: Sequence[Point], x: str, y: str, symbol: str = "x") ->
     return f"{symbol}^({found.exponent:.2f} ± {found.standard_error:.2f})".replace("-", "−")
 
 
-def plain_log(axes, at: Sequence[float], *, y: bool = True) -> None:
+def plain_log(axes, at: Sequence[float]) -> None:
     """Ticks of a logarithmic x axis at the study's own values; plain numbers on both."""
     from matplotlib.ticker import FixedLocator, NullLocator
 
     axes.xaxis.set_major_locator(FixedLocator(sorted(set(at))))
     axes.xaxis.set_minor_locator(NullLocator())
     axes.xaxis.set_major_formatter("{x:g}")
-    if y:
-        axes.yaxis.set_major_formatter("{x:g}")
-        low, high = axes.get_ylim()
-        axes.yaxis.set_minor_formatter("{x:g}" if math.log10(high / low) < 1.3 else "")
-        axes.tick_params(axis="y", which="minor", labelsize=9)
+    axes.yaxis.set_major_formatter("{x:g}")
+    low, high = axes.get_ylim()
+    axes.yaxis.set_minor_formatter("{x:g}" if math.log10(high / low) < 1.3 else "")
+    axes.tick_params(axis="y", which="minor", labelsize=9)
 
 
 def _bars(axes, x, values: Sequence[Value | None], factor: float, colour: str, mark: str, label: str, line="") -> None:

@@ -16,7 +16,7 @@ SUDO     := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 export OMP_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup peen test test-all tools plugin doctor checks bench-dimple bench-flow bench-target bench-oblique bench-uncertainty bench-target-error bench-intensity tradeoff fit-collisions fit-layers extremes thresholds check-report readme bench-design bench-dilute bench-trends slurm-up slurm-down check-cluster bench-sweep studies
+.PHONY: help setup peen test test-all tools plugin doctor checks bench-dimple bench-flow bench-target bench-oblique bench-presets bench-uncertainty bench-target-error bench-intensity tradeoff fit-collisions fit-layers extremes thresholds check-report readme bench-design bench-dilute bench-trends slurm-up slurm-down check-cluster bench-sweep studies
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -86,6 +86,10 @@ fit-layers: plugin ## the layer model: fit it to periodic cells, judge it on oth
 tradeoff: plugin ## what every choice costs and how far off it is, on four scenes (an hour); goes on where it was stopped [TRADE=al2024-s390, --only GROUP]
 	$(BIN)/peen tradeoff --jobs $$(nproc) $(TRADE)
 	cp build/tradeoff/measured.json glue/study/tradeoff/measured.json
+
+bench-presets: plugin ## seconds that presets fast and balanced take on the built-in scenes, warm dimples, no figures (15 minutes)
+	@mkdir -p build/bench
+	$(BIN)/python tests/benchmarks/bench_presets.py --json build/bench/presets.json
 
 bench-uncertainty: plugin ## stated 95 % intervals against other seeds' results, mean width (10 minutes)
 	@mkdir -p build/bench

@@ -141,7 +141,7 @@ def test_a_second_command_runs_nothing(runs, capsys, monkeypatch, tmp_path):
     before = (runs[0] / "manifest.json").read_bytes()
     monkeypatch.setenv("PEEN_CACHE", str(tmp_path))
     assert cli.main(["run", str(runs[0] / "scene.toml"), "--out", str(runs[0])]) == 0
-    assert capsys.readouterr().err.count("up to date") == 7
+    assert capsys.readouterr().err.count("up to date") == 8
     assert (runs[0] / "manifest.json").read_bytes() == before
 
 

@@ -75,7 +75,8 @@ def curves_panel(axes, curves: Sequence[Curve], *, log: bool = False, by: str = 
         axes.xaxis.set_major_formatter("{x:g}")
     else:
         axes.set_xlim(0, max(x[-1] for _, x, _, _ in curves))
-    axes.legend(fontsize=9, title="Avrami dashed", title_fontsize=9)
+    place = {"loc": "lower right"} if by.endswith("[s]") else {"loc": "upper left", "bbox_to_anchor": (0.01, 0.93)}
+    axes.legend(fontsize=9, title="Avrami dashed", title_fontsize=9, frameon=True, edgecolor="none", framealpha=0.85, **place)
 
 
 def time_panel(axes, points: Sequence[Point], x: Quantity) -> None:

@@ -169,7 +169,5 @@ readme: checks $(README_RUNS) ## measure again what README.md shows: the default
 	-$(MAKE) bench-intensity
 	-$(MAKE) bench-target-error ERROR=10%
 	-$(MAKE) bench-sweep
-	-$(MAKE) bench-design
 	-$(MAKE) bench-dilute
-	-$(MAKE) bench-trends
 	$(BIN)/python -m glue.report.readme $(README_RUNS)

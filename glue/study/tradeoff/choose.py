@@ -1,7 +1,8 @@
 """``peen run --target-error`` and ``--budget``: the cheapest measured combination that is good enough, or the best in time.
 
 A combination takes a rung for each stage, or a whole preset; its error is the root of the sum of the rungs' squared error
-bounds (stages err independently), its cost theirs, scaled by the impacts that the scene brings.  Scatter of one run is no part
+bounds (stages err independently), its cost theirs, scaled by the impacts that the scene brings.  For a scene that was not
+measured itself a rung's bound is that on the most similar one and, on top, the standard deviation over all scenes measured.  Scatter of one run is no part
 of it: no mesh mends that (see ``uncertainty`` in metrics.json).  A model that the scene asks for is never replaced.
 """
 
@@ -9,6 +10,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import statistics
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
@@ -24,6 +26,7 @@ from glue.study.tradeoff.quantities import QUANTITIES
 from glue.study.tradeoff.table import nearest, packaged
 
 _ASKED = "asked for in the scene"
+_SAME = 1e-6  # distance of a scene from itself
 _NUMBERS = {
     "dimple": ("dimple_elements_per_radius", "dimple_steps_per_contact", "dimple_speeds"),
     "flow": ("flow_dt_over_P", "flow_stiffness_scale"),
@@ -83,7 +86,8 @@ def choose(
     table = packaged() if table is None else table
     name, far = nearest(scene, table)
     wanted = [s for s in STAGES if s in set(stages)]
-    options = [_thin(_parts(scene, table["scenes"][name], stage)) for stage in wanted]
+    others = [] if far < _SAME else list(table["scenes"].values())
+    options = [_thin(_parts(scene, table["scenes"][name], stage, others)) for stage in wanted]
     missing = [stage for stage, some in zip(wanted, options, strict=True) if not some]
     if missing:
         raise InputError(f"--target-error, --budget: no rung of {', '.join(missing)} was measured on {name}; run peen tradeoff {name}")
@@ -120,7 +124,7 @@ def text(c: Combination) -> str:
     return "\n".join(lines)
 
 
-def _parts(scene: Scene, entry: dict, stage: str) -> list[Part]:
+def _parts(scene: Scene, entry: dict, stage: str, others: Sequence[dict]) -> list[Part]:
     numbers = check_numbers(scene)
     asked = getattr(scene.models, stage, None) if stage in ("flow", "target") else None
     found = []
@@ -133,7 +137,7 @@ def _parts(scene: Scene, entry: dict, stage: str) -> list[Part]:
         if model is not None:
             changes[f"models.{stage}"] = model
         errors = {
-            q.name: b for q in QUANTITIES
+            q.name: b + _spread(others, row, q.name) for q in QUANTITIES
             if q.headline and q.name in row["quantities"] and (b := bound(row["quantities"][q.name])) is not None
         }  # fmt: skip
         if stage == "flow":  # how often shots meet is the scene's own, whatever it was measured on
@@ -141,6 +145,16 @@ def _parts(scene: Scene, entry: dict, stage: str) -> list[Part]:
         label = f"{model}, " if model and model != row["level"] else ""
         found.append(Part(stage, f"{label}{row['factor']} {row['level']}", changes, _cost_s(row, stage, numbers), errors))
     return found
+
+
+def _spread(entries: Sequence[dict], row: dict, name: str) -> float:
+    """Standard deviation over scenes of the bound of the same rung; 0 where fewer than two were measured."""
+    same = [
+        r["quantities"][name] for entry in entries for r in entry["rows"]
+        if all(r[key] == row[key] for key in ("group", "factor", "level")) and name in r["quantities"]
+    ]  # fmt: skip
+    known = [b for q in same if (b := bound(q)) is not None]
+    return statistics.stdev(known) if len(known) > 1 else 0.0
 
 
 def check_numbers(scene: Scene) -> dict:

@@ -115,3 +115,13 @@ def test_times_wished_for(text, seconds):
 def test_errors_that_are_none(text):
     with pytest.raises(InputError, match="--target-error"):
         parse_error(text)
+
+
+def test_for_a_scene_that_was_not_measured_the_spread_over_scenes_comes_on_top():
+    """Coverage errs by .03 on the nearest and .01 on another: .03 + stdev(.03, .01) = .0441 on a third, .03 on the first."""
+    two, near = table(*RASTERS), features(SCENE)
+    other = [RASTERS[0] | {"quantities": row("coverage", "coarse", {}, 1.0, coverage=0.01)["quantities"]}]
+    two["scenes"]["other"] = {"features": {key: value + 2.0 for key, value in near.items()}, "rows": other}
+    assert choose(SCENE, table=two, stages=["coverage"], budget_s=2.0).worst[1] == pytest.approx(0.03)
+    stranger = dataclasses.replace(SCENE, exposure_time_s=1.5 * SCENE.exposure_time_s)
+    assert choose(stranger, table=two, stages=["coverage"], budget_s=2.0).worst[1] == pytest.approx(0.03 + 0.02 / 2**0.5)

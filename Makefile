@@ -95,7 +95,7 @@ bench-uncertainty: plugin ## stated 95 % intervals against other seeds' results,
 	@mkdir -p build/bench
 	$(BIN)/python tests/benchmarks/bench_uncertainty.py --json build/bench/uncertainty.json
 
-bench-target-error: plugin ## error promised by peen run --target-error against what it is, on scenes not in the table (half an hour) [ERROR=5%]
+bench-target-error: plugin ## error promised by peen run --target-error against what it is, on scenes not in the table (half an hour) [ERROR=15%]
 	@mkdir -p build/bench
 	$(BIN)/python tests/benchmarks/bench_target_error.py $(if $(ERROR),--error $(ERROR)) --json build/bench/target-error.json
 
@@ -167,7 +167,7 @@ readme: checks $(README_RUNS) ## measure again what README.md shows: the default
 	-$(MAKE) bench-dimple
 	-$(MAKE) bench-target
 	-$(MAKE) bench-intensity
-	-$(MAKE) bench-target-error ERROR=10%
+	-$(MAKE) bench-target-error
 	-$(MAKE) bench-sweep
 	-$(MAKE) bench-dilute
 	$(BIN)/python -m glue.report.readme $(README_RUNS)

@@ -28,7 +28,8 @@ from glue.study.tradeoff.ladder import STAGES, WHOLE
 from glue.study.tradeoff.quantities import QUANTITIES, scales, values
 from glue.study.tradeoff.wishes import parse_error
 
-SCENES = ("al2024-s390-45deg", "glass-drag", "cylinder-s230", "own-material")  # none in ladder.BUILT_IN
+# None in ladder.BUILT_IN.  glass-drag too would be one: its reference, .1 mm beads in YADE with drag, takes half an hour.
+SCENES = ("al2024-s390-45deg", "cylinder-s230", "own-material", "two-nozzles-pulsed")
 HITS = 1.5
 
 
@@ -44,7 +45,7 @@ def measured(name: str, what: str, content: bytes, out: Path, stages) -> dict:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", nargs="+", default=SCENES)
-    parser.add_argument("--error", default="5%")
+    parser.add_argument("--error", default="15%")
     parser.add_argument("--without", nargs="+", default=[], metavar="STAGE", help="leave out dear stages")
     parser.add_argument("--json", type=Path)
     given = parser.parse_args()

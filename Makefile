@@ -170,4 +170,5 @@ readme: checks $(README_RUNS) ## measure again what README.md shows: the default
 	-$(MAKE) bench-target-error
 	-$(MAKE) bench-sweep
 	-$(MAKE) bench-dilute
+	-$(MAKE) bench-trends
 	$(BIN)/python -m glue.report.readme $(README_RUNS)

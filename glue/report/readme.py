@@ -23,7 +23,7 @@ from glue.study.rundir import METRICS, STAGE_ORDER
 from glue.study.summary import summary
 from glue.study.tradeoff.table import packaged
 
-BENCHMARKS = ("flow", "dimple", "target", "intensity", "target-error", "sweep", "dilute")
+BENCHMARKS = ("flow", "dimple", "target", "intensity", "target-error", "sweep", "dilute", "trends")
 LADDER_SCENE = "al2024-s390"
 FIGURES = ("impact_map", "coverage", "residual_stress", "height_map", "dimple")
 

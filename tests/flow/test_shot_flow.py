@@ -215,3 +215,19 @@ def test_checks_pass(check, tmp_path):
     rows = json.loads((tmp_path / "rows.json").read_text())["rows"]
     assert len(rows) >= 10 and all(r["passed"] for r in rows)
     assert f"{len(rows)}/{len(rows)} passed" in (tmp_path / "log.txt").read_text()
+
+
+def test_softened_contacts_rebound_as_asked_and_tell_no_force(tmp_path):
+    """Restitution is calibrated for the softer contact too; it lasts longer by 10^(2/5); its force is no number to keep."""
+    found = []
+    for scale in (1.0, 0.1):
+        scene = write_scene(tmp_path / f"{scale:g}", more=f"[accuracy]\nflow_stiffness_scale = {scale:g}\n")
+        run = shot_flow(tmp_path / f"{scale:g}", "--restitution", "0.4", scene=scene)
+        assert not run.failed, run.log
+        found.append(run.impacts[run.impacts["collisions_before"] == 0])
+    stiff, soft = found
+    for log in found:
+        e = -log["vz_out_m_s"] / log["vz_in_m_s"]
+        assert e.mean() == pytest.approx(0.4, abs=0.005)
+    assert np.median(soft["duration_s"]) / np.median(stiff["duration_s"]) == pytest.approx(10**0.4, rel=0.05)
+    assert np.isfinite(stiff["peak_force_N"]).all() and np.isnan(soft["peak_force_N"]).all()

@@ -12,6 +12,7 @@ from glue.study.design.front import next_candidate
 from glue.study.design.goals import Target
 from glue.study.design.pool import run_all
 from glue.study.design.problem import Problem
+from glue.study.rundir import STAGE_ORDER
 
 SEEDS = 3
 FIRST_SEED = 7001  # added to the scene's own, which the search used
@@ -60,7 +61,8 @@ def confirm(
     found: list[Evaluation] = []
 
     def within(stage: str, fraction: float | None, text: str) -> None:
-        share = len(found) / SEEDS + (fraction or 0.0) / (5 * SEEDS)
+        # by stage, so that it only rises; how long each takes is not known
+        share = (len(found) + (STAGE_ORDER.index(stage) + (fraction or 0.0)) / len(STAGE_ORDER)) / SEEDS
         progress("confirm", min(share, 0.999), f"evaluation {candidate.number}, run {len(found) + 1} of {SEEDS}: {stage} {text}")
 
     run_all(rerun, (problem,), orders, jobs, found.append, within)

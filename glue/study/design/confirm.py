@@ -62,7 +62,8 @@ def confirm(
 
     def within(stage: str, fraction: float | None, text: str) -> None:
         # by stage, so that it only rises; how long each takes is not known
-        share = (len(found) + (STAGE_ORDER.index(stage) + (fraction or 0.0)) / len(STAGE_ORDER)) / SEEDS
+        at = STAGE_ORDER.index(stage) if stage in STAGE_ORDER else 0  # an Almen strip, before the stages
+        share = (len(found) + (at + (fraction or 0.0)) / len(STAGE_ORDER)) / SEEDS
         progress("confirm", min(share, 0.999), f"evaluation {candidate.number}, run {len(found) + 1} of {SEEDS}: {stage} {text}")
 
     run_all(rerun, (problem,), orders, jobs, found.append, within)

@@ -131,12 +131,10 @@ def _section(path, dimple) -> Figure:
         path, dimple.points_m, dimple.triangles, dimple.peeq, radius_m=dimple.radius_m,
         shot_diameter_m=dimple.diameter_m, profile_r_m=dimple.profile_r_m, profile_z_m=dimple.profile_z_m,
     )  # fmt: skip
-    speed = f"{dimple.speed_m_s:.0f} m/s"
-    return Figure(
-        path,
-        "One dimple",
-        f"A single normal impact at {speed} after rebound, plastic strain, outline of the shot.",
-    )
+    text = f"A single normal impact at {dimple.speed_m_s:.0f} m/s after rebound, plastic strain, outline of the shot."
+    if dimple.section_speed_m_s:
+        text += f" The strain is that of the impact solved at {dimple.section_speed_m_s:.3g} m/s, stretched to this dimple."
+    return Figure(path, "One dimple", text)
 
 
 def _columns(path: Path) -> dict[str, np.ndarray]:

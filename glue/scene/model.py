@@ -265,7 +265,7 @@ class Accuracy:
     coverage_points_per_radius: float  # raster points per dimple radius
     stamp_points_per_radius: float
     target_patches: int = 1  # of the window, solved one after another by the cell or the block
-    dimple_speed_ratio: float = 0.0  # the dimple's speeds are powers of it, so that scenes share them; 0: the scene's own
+    dimple_speed_ratio: float = 0.0  # the dimple lies between impacts at its powers, so that scenes share them; 0: its own impact
 
 
 @dataclass(frozen=True)

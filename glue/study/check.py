@@ -19,7 +19,7 @@ from glue.flow.regime import (
 from glue.scene.consistency import estimated_dimple_radius_m, mixture_volume_fraction
 from glue.scene.model import Scene
 from glue.study.coverage_stage import refuse_window
-from glue.study.dimple_stage import dimple_speed, other_speeds, refuse_dimple, scene_physics
+from glue.study.dimple_stage import impact_speeds, refuse_dimple, scene_physics
 from glue.study.exposure import estimated_areas_m2, expected_hits, speed_kept
 from glue.study.flow_stage import refuse_flow, restitution_estimate
 from glue.study.intensity_stage import seconds as confirmation_s
@@ -94,7 +94,7 @@ def check(scene: Scene, scene_file: Path | None = None) -> dict:
         "warnings": [*flow.warnings, *_warnings(in_cell, per_pass), *target_warnings(scene, work, exposure)],
         "physics": {block: vars(choice) for block, choice in (physics.choices | impact.choices).items()},
         "pieces": [vars(piece) | {"misfit": piece.misfit} for piece in optional],
-        "dimple_speeds_m_s": sorted([*other_speeds(scene), dimple_speed(scene)]),
+        "dimple_speeds_m_s": impact_speeds(scene),
         "choices": choices(scene),
         "accuracy": vars(scene.accuracy),
         "inferred": list(scene.inferred),

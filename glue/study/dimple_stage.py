@@ -12,11 +12,12 @@ from glue.solvers import build_plugin
 from glue.study.reference import reference_impact
 from glue.study.results import plain
 from glue.study.stage import Work
+from glue.target.between import shared_density_kg_m3, shared_speeds_m_s, solve_dimple_between
 from glue.target.dimple import RATE_TOLERANCE, Dimple, solve_dimple
 from glue.target.driver import kernel_flavour
-from glue.target.physics import STEEL_SHOT, shot_yield_warning
+from glue.target.physics import STEEL_SHOT, ImpactPhysics, shot_yield_warning
 from glue.target.regime import ImpactChoices, impact_physics
-from glue.target.speeds import Curve, shared, spaced
+from glue.target.speeds import spaced
 
 SLOWEST = 1.0 / 16.0  # of the reference speed; slower impacts are few and bring no energy
 ABSURD_STRAIN = 1.0
@@ -26,32 +27,33 @@ def dimple_stage(work: Work) -> tuple[dict, list[str]]:
     """One shot at nominal normal speed into the flat target, the one with the largest dimple where they differ.
 
     Beside it the same shot at other speeds, down to SLOWEST of that and up to the fastest that a nozzle can shoot.  With
-    ``accuracy.dimple_speed_ratio`` at speeds that other scenes have too; everything else is scaled from the speed it has.
+    ``accuracy.dimple_speed_ratio`` it lies between impacts at speeds that other scenes have too.
     """
     ready_kernels()
     scene = work.scene
     nozzle, shots = reference_impact(scene)
     physics, choices = scene_physics(scene)
-    dimple = solve_dimple(
-        scene.target.material,
-        speed_m_s=dimple_speed(scene),
-        density_kg_m3=shots.density_kg_m3,
-        diameter_m=shots.diameter_m,
-        elements_per_radius=scene.accuracy.dimple_elements_per_radius,
-        steps_per_contact=scene.accuracy.dimple_steps_per_contact,
-        workdir=work.path / "dimple",
-        other_speeds_m_s=other_speeds(scene),
-        physics=physics,
-        progress=work.progress,
-    )
+    speed, ratio = nozzle.normal_speed_m_s, scene.accuracy.dimple_speed_ratio
+    common = {
+        "speed_m_s": speed, "density_kg_m3": shots.density_kg_m3, "diameter_m": shots.diameter_m,
+        "elements_per_radius": scene.accuracy.dimple_elements_per_radius,
+        "steps_per_contact": scene.accuracy.dimple_steps_per_contact,
+        "workdir": work.path / "dimple", "physics": physics, "progress": work.progress,
+    }  # fmt: skip
+    if ratio:
+        dimple = solve_dimple_between(
+            scene.target.material, slowest_m_s=SLOWEST * speed, fastest_m_s=max(speed, fastest_speed(scene)), ratio=ratio, **common
+        )
+    else:
+        dimple = solve_dimple(scene.target.material, other_speeds_m_s=other_speeds(scene), **common)
     dimple.save(work.path / "dimple" / "dimple.npz")
     fields = {"peeq": dimple.peeq, "sigma_rr_Pa": dimple.sigma_rr_Pa}
     write_triangles(
         work.path / "dimple" / "dimple.vtu", dimple.points_m, dimple.triangles, fields
     )  # for viewing
     metrics = dimple_metrics(dimple, shots.medium)
-    if scene.accuracy.dimple_speed_ratio:
-        metrics |= _at_nominal_speed(dimple, nozzle.normal_speed_m_s)
+    if ratio:
+        metrics["between_solved_speeds"] = True
     if choices:
         metrics["physics"] = {block: vars(choice) for block, choice in choices.items()}
     return {"dimple": metrics}, ["dimple/dimple.npz", "dimple/dimple.vtu"]
@@ -69,42 +71,46 @@ def scene_physics(scene: Scene) -> ImpactChoices:
     return impact_physics(scene, shots, nozzle.normal_speed_m_s)
 
 
-def dimple_speed(scene: Scene) -> float:
-    """Speed [m/s] of the dimple that is solved: the reference impact's, or the next above it that scenes share."""
-    return _speeds(scene)[0]
+def impact_speeds(scene: Scene) -> list[float]:
+    """Speeds [m/s] of the impacts that the stage solves, rising; of shots of ``impact_density(scene)``."""
+    nominal, ratio = reference_impact(scene)[0].normal_speed_m_s, scene.accuracy.dimple_speed_ratio
+    if not ratio:
+        return sorted({nominal, *other_speeds(scene)})
+    density, fastest = reference_impact(scene)[1].density_kg_m3, max(nominal, fastest_speed(scene))
+    return shared_speeds_m_s(SLOWEST * nominal, fastest, density, scene_physics(scene)[0], ratio)
+
+
+def impact_density(scene: Scene) -> float:
+    """Density [kg/m3] of the shot in the impacts that the stage solves."""
+    own = reference_impact(scene)[1].density_kg_m3
+    return shared_density_kg_m3(scene_physics(scene)[0], own) if scene.accuracy.dimple_speed_ratio else own
+
+
+def layer_speeds(scene: Scene) -> list[float]:
+    """Speeds [m/s] of the impacts with the bounded law that the layer model solves.
+
+    Of the reference shot; with ``accuracy.dimple_speed_ratio`` of shots of ``between.DENSITY_KG_M3``.
+    """
+    nozzle, shots = reference_impact(scene)
+    nominal, ratio = nozzle.normal_speed_m_s, scene.accuracy.dimple_speed_ratio
+    return shared_speeds_m_s(nominal, nominal, shots.density_kg_m3, ImpactPhysics(), ratio) if ratio else [nominal]
 
 
 def other_speeds(scene: Scene) -> list[float]:
-    """Speeds [m/s] of the table beside the dimple's: slower ones, and the fastest of any nozzle and medium.
+    """Speeds [m/s] of the table beside the dimple's: slower ones, and the fastest of any nozzle and medium."""
+    nominal = reference_impact(scene)[0].normal_speed_m_s
+    speeds, fastest = spaced(SLOWEST * nominal, nominal, scene.accuracy.dimple_speeds)[:-1], fastest_speed(scene)
+    return [*speeds, float(f"{fastest:.9g}")] if fastest > 1.001 * nominal else speeds
 
-    The fastest is that of the reference shot with as much density x speed^2; none where that is the reference itself.
-    """
-    return _speeds(scene)[1]
 
-
-def _speeds(scene: Scene) -> tuple[float, list[float]]:
-    nozzle, shots = reference_impact(scene)
-    nominal, accuracy = nozzle.normal_speed_m_s, scene.accuracy
-    speeds = spaced(SLOWEST * nominal, nominal, accuracy.dimple_speeds)[:-1]
-    fastest = max(
+def fastest_speed(scene: Scene) -> float:
+    """Normal speed [m/s] of the reference shot with the density x speed^2 of the fastest shot of any nozzle and medium."""
+    _, shots = reference_impact(scene)
+    return max(
         n.fastest_m_s * n.normal_speed_m_s / n.speed_m_s * math.sqrt(s.density_kg_m3 / shots.density_kg_m3)
         for n in scene.nozzles
         for s in scene.media
     )
-    if accuracy.dimple_speed_ratio:
-        slowest = SLOWEST * nominal
-        return shared(nominal, max(nominal, fastest), slowest, accuracy.dimple_speeds, accuracy.dimple_speed_ratio)
-    return nominal, [*speeds, float(f"{fastest:.9g}")] if fastest > 1.001 * nominal else speeds
-
-
-def _at_nominal_speed(dimple: Dimple, speed_m_s: float) -> dict:
-    """Radius and restitution at the scene's own speed, read off the table."""
-    restitution = Curve("restitution", dimple.table_speed_m_s, dimple.table_restitution).with_tails(speed_m_s)
-    return {
-        "nominal_speed_m_s": speed_m_s,
-        "nominal_radius_m": float(dimple.radius_for(dimple.diameter_m, speed_m_s)),
-        "nominal_restitution": float(restitution),
-    }
 
 
 def law_text(material: Material) -> tuple[str, str]:

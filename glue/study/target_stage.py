@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -25,6 +24,7 @@ from glue.study.stage import Work
 from glue.study.target_patches import mean_profile, means, solve_patches
 from glue.study.unpeened import impacts_to_solve, unpeened
 from glue.surface.stress import deviation, plate_balance, profile_metrics, xray_weighted_Pa
+from glue.target.between import layer_shape_between
 from glue.target.block import available_GB, make_block
 from glue.target.cell import cell_patches, seconds_per_impact, solve_patch
 from glue.target.contact import (
@@ -35,7 +35,7 @@ from glue.target.contact import (
     patch_side_m,
     solve_contact,
 )
-from glue.target.layers import CALIBRATED, LayerShape, solve_layers
+from glue.target.layers import CALIBRATED, solve_layers
 from glue.target.part import part_profile, strip_arc_height_m
 from glue.target.patch import choose_patches, refuse_too_long
 
@@ -54,14 +54,14 @@ class Solved(NamedTuple):
     files: list[str]
 
 
-def target_stage(work: Work, models: Mapping[str, Callable] | None = None) -> tuple[dict, list[str]]:
-    """Residual stress under the logged impacts; ``models``: {name: (work, impacts, dimple) -> Solved} in place of the usual."""
+def target_stage(work: Work) -> tuple[dict, list[str]]:
+    """Residual stress under the logged impacts."""
     scene = work.scene
     impacts, dimple = load_impacts(work.path, scene), load_dimple(work.path)
     if not impacts_to_solve(scene, impacts, dimple):
         return unpeened(scene), []
     model = scene.models.target.model
-    solved = (models or _MODELS)[model](work, impacts, dimple)
+    solved = _MODELS[model](work, impacts, dimple)
     thickness, material = scene.target.thickness_m, scene.target.material
     initial = scene.target.initial_stress
     profile, scatter = mean_profile([part_profile(each, thickness, initial, material) for each in solved.profiles])
@@ -229,10 +229,14 @@ def restitution_columns(impacts: np.ndarray, result) -> dict[str, np.ndarray]:
     }
 
 
-def layers(work: Work, impacts: np.ndarray, dimple, shape: LayerShape | None = None) -> Solved:
-    """The layer model; ``shape`` of its one impact when it is known already."""
-    if shape is None:
-        ready_kernels()
+def _layers(work: Work, impacts: np.ndarray, dimple) -> Solved:
+    ready_kernels()
+    accuracy, shape = work.scene.accuracy, None
+    if accuracy.dimple_speed_ratio:
+        shape = layer_shape_between(
+            work.scene.target.material, dimple, elements_per_radius=accuracy.dimple_elements_per_radius,
+            ratio=accuracy.dimple_speed_ratio, progress=work.progress,
+        )  # fmt: skip
     result = solve_layers(work.scene, impacts, dimple, work.progress, shape)
     target = {"impacts": result.impacts, "exposure": result.exposure, "dofs": None, "wall_s": result.wall_s}
     target["dofs_reason"] = "closed forms fed by one impact's solution"
@@ -241,4 +245,4 @@ def layers(work: Work, impacts: np.ndarray, dimple, shape: LayerShape | None = N
     return Solved([result], target, _NO_STRAIN_COVERAGE, [])
 
 
-_MODELS = {"cell": _cell, "contact": _contact, "layers": layers}
+_MODELS = {"cell": _cell, "contact": _contact, "layers": _layers}

@@ -67,6 +67,7 @@ class Dimple:
     largest_size_ratio: float = np.inf  # of diameters to this one and back, so far the table may be scaled
     centre_pressure_Pa: float = 0.0  # over the inner half of the contact at peak force
     mean_pressure_Pa: float = 0.0
+    section_speed_m_s: float = 0.0  # of the solved impact whose section it is, stretched to radius_m; 0: speed_m_s
 
     def equivalent_speed(self, diameter_m, normal_speed_m_s, density_kg_m3=None) -> np.ndarray:
         """Speed [m/s] at which a shot of the dimple's density leaves the same dimple (in radii); 0 for none.
@@ -184,29 +185,36 @@ def tabulated(
             table.append((speed, zero_height_radius(run), run.restitution))
         except NotConverged as problem:
             if speed >= speed_m_s:  # one that is slower and only springs is no failure, this one's would be
-                raise _no_dimple(problem, material, density_kg_m3) from None
+                raise no_dimple(problem, material, density_kg_m3) from None
     if len(table) < 2:
         try:
             zero_height_radius(next(iter(runs.values())))  # raises: the speeds beside it leave no dimple
         except NotConverged as problem:
-            raise _no_dimple(problem, material, density_kg_m3) from None
+            raise no_dimple(problem, material, density_kg_m3) from None
     speed, radius, e = (np.array(column) for column in zip(*table, strict=True))
     here = int(np.flatnonzero(speed == speed_m_s)[0])
     slower, faster = (here - 1, here) if here else (0, 1)
     step = np.log(speed[faster] / speed[slower])
     exponents = float(np.log(radius[faster] / radius[slower]) / step), float(np.log(e[slower] / e[faster]) / step)
     wall_s = sum(run.wall_s for run in runs.values())
-    ratio = np.inf
-    if physics.rate:
-        ratio = float(np.exp(RATE_TOLERANCE / material.single_law.C))
     nominal = runs[speed_m_s]
     return replace(
         to_si(nominal, speed_m_s, density_kg_m3, diameter_m, exponents, wall_s),
         table_speed_m_s=speed, table_radius_m=radius * 0.5 * diameter_m, table_restitution=e,
-        only_this_density=physics.rate or physics.inertia or physics.elastic_shot is not None,
-        largest_size_ratio=ratio,
         centre_pressure_Pa=nominal.centre_pressure * 1e6, mean_pressure_Pa=nominal.mean_pressure * 1e6,
+        **scaling_limits(physics, material),
     )  # fmt: skip
+
+
+def tied_to_density(physics: ImpactPhysics) -> bool:
+    """Does more than density x speed^2 of the shot count?"""
+    return physics.rate or physics.inertia or physics.elastic_shot is not None
+
+
+def scaling_limits(physics: ImpactPhysics, material: Material) -> dict:
+    """The fields of a Dimple that say to which other shots it may be scaled."""
+    ratio = float(np.exp(RATE_TOLERANCE / material.single_law.C)) if physics.rate else np.inf
+    return {"only_this_density": tied_to_density(physics), "largest_size_ratio": ratio}
 
 
 def first_yield_speed_m_s(material: Material, density_kg_m3: float) -> float:
@@ -217,8 +225,8 @@ def first_yield_speed_m_s(material: Material, density_kg_m3: float) -> float:
     return (FIRST_YIELD * material.single_law.flow_stress_Pa(0.0) / at_one) ** 2.5
 
 
-def _no_dimple(problem: NotConverged, material: Material, density_kg_m3: float) -> NotConverged:
-    """``problem`` with the speed from which on there can be a dimple."""
+def no_dimple(problem: NotConverged, material: Material, density_kg_m3: float) -> NotConverged:
+    """``problem`` with the speed from which on shots of ``density_kg_m3`` can leave a dimple."""
     least = first_yield_speed_m_s(material, density_kg_m3)
     return NotConverged(problem.what, cause=problem.cause, log=problem.log,
                         advice=f"{problem.advice}; nothing yields below about {least:.3g} m/s, a dent with an edge takes a "

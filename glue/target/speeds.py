@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import contextvars
-import math
 import os
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
+from functools import cached_property
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -24,28 +24,6 @@ _POLL_S = 0.2
 def spaced(slowest_m_s: float, fastest_m_s: float, points: int) -> list[float]:
     """``points`` speeds in equal ratios from end to end, rounded to 9 digits: cache entries for good."""
     return [float(f"{v:.9g}") for v in np.geomspace(slowest_m_s, fastest_m_s, points)]
-
-
-def shared(nominal_m_s: float, fastest_m_s: float, slowest_m_s: float, points: int, ratio: float) -> tuple[float, list[float]]:
-    """Speed of the dimple and those of its table beside it, all of them powers of ``ratio`` m/s: cache entries of many scenes.
-
-    The dimple's is the next above ``nominal_m_s``.  Below it come about ``points`` - 1 down to about ``slowest_m_s``, at
-    the same places for every scene; above it the next beyond ``fastest_m_s``.
-    """
-
-    def power(speed: float) -> float:
-        return math.log(speed) / math.log(ratio)
-
-    def at(k: int) -> float:
-        return float(f"{ratio**k:.9g}")
-
-    top = math.ceil(power(nominal_m_s) - 1e-9)
-    step = max(1, round(power(nominal_m_s / slowest_m_s) / (points - 1)))
-    lowest = step * round(power(slowest_m_s) / step)
-    # None close below the top: the slope between neighbours would be their solutions' scatter.
-    below = [at(k) for k in range(lowest, top, step) if top - k >= 0.5 * step] or [at(top - step)]
-    end = math.ceil(power(fastest_m_s) - 1e-9)
-    return at(top), below + ([at(end)] if end > top else [])
 
 
 def cores() -> int:
@@ -118,7 +96,6 @@ class Curve:
 
     From SMOOTHED_FROM points on it goes through the least-squares cubic's values at them, for the scatter of solved
     values is no part of the curve; the points themselves where that cubic does not rise or fall as they do.
-    ``error``: largest relative miss of an inner point by the curve of all others; NaN below three points.
     """
 
     def __init__(self, name: str, speed_m_s, values):
@@ -126,11 +103,15 @@ class Curve:
         self.values = np.asarray(values, dtype=float)
         if not (self.values > 0.0).all() or not (np.diff(self.speed_m_s) > 0.0).all() or self.speed_m_s.size < 2:
             raise InputError(f"{name}: a curve needs two and more rising speeds with values above 0")
+        self._spline = _monotone(np.log(self.speed_m_s), np.log(self.values))
+
+    @cached_property
+    def error(self) -> float:
+        """Largest relative miss of an inner point by the curve of all others; NaN below three points."""
         x, y = np.log(self.speed_m_s), np.log(self.values)
-        self._spline = _monotone(x, y)
         inner = range(1, len(x) - 1)
         misses = [abs(np.expm1(_monotone(np.delete(x, k), np.delete(y, k))(x[k]) - y[k])) for k in inner]
-        self.error = float(max(misses, default=np.nan))
+        return float(max(misses, default=np.nan))
 
     def __call__(self, speed_m_s) -> np.ndarray:
         """Values at ``speed_m_s`` (any shape).  Raises InputError outside the speeds of the table."""

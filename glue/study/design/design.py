@@ -18,7 +18,7 @@ from glue.study.design.history import FILE, read_history, write_history
 from glue.study.design.pool import run_all
 from glue.study.design.problem import Problem, claim, default_out
 from glue.study.design.search import search
-from glue.study.design.shared import share_dimples
+from glue.study.design.shared import solve_window
 from glue.study.target_surface import companions
 
 EVALUATIONS = 64
@@ -42,7 +42,7 @@ class Design:
     verdict: str
     winner: Evaluation | None  # of "not confirmed" the best by the fast models
     confirmations: list[Confirmation]
-    dimples: str  # how they were shared
+    dimples: str  # at which speeds they were solved
     wall_s: float
 
     @property
@@ -66,7 +66,7 @@ def design(
     """Search the window of ``problem``, confirm the winner at ``preset`` (None: not at all), write it all into ``out``.
 
     The same call goes on where a stopped one was; more ``evaluations`` add to those that are there.  Raises InputError,
-    SolverFailed and NotConverged of the shared dimples; settings that are refused or fail alone are part of the result.
+    SolverFailed; settings that are refused or fail alone are part of the result.
     """
     problems = []
     if preset is not None and preset not in PRESETS:
@@ -81,9 +81,9 @@ def design(
     out = default_out(problem) if out is None else out
     claim(out, problem)
     known = read_history(out / FILE, axes, goals)
-    shared, told = None, "all evaluations were there"
+    told = "all evaluations were there"
     if sum(e.number < evaluations for e in known) < evaluations:
-        shared, told = share_dimples(problem, jobs, lambda share, text: progress("dimples", share, text))
+        told = solve_window(problem, jobs, lambda share, text: progress("dimples", share, text))
         progress("dimples", 1.0, told)
     found = list(known)
 
@@ -94,7 +94,7 @@ def design(
             share = len(found) / evaluations
             progress("search", share, f"{len(found)} of {evaluations}, {_best(found, problem)}; {stage} {text}")
 
-        run_all(_evaluate, (problem, shared), orders, jobs, tell, within)
+        run_all(_evaluate, (problem,), orders, jobs, tell, within)
 
     def keep(all_of_them: list[Evaluation]) -> None:
         found[:] = all_of_them
@@ -117,8 +117,8 @@ def design(
     return result
 
 
-def _evaluate(problem, shared, number, values, folder, progress=lambda *_: None) -> Evaluation:
-    return evaluate(problem, number, values, folder, shared, progress)
+def _evaluate(problem, number, values, folder, progress=lambda *_: None) -> Evaluation:
+    return evaluate(problem, number, values, folder, progress)
 
 
 def _best(found: list[Evaluation], problem: Problem) -> str:

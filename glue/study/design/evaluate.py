@@ -12,10 +12,8 @@ from glue.errors import PeenError
 from glue.scene.reader import read_scene
 from glue.study import pipeline
 from glue.study.design.goals import Goals, Quantity, Reading
-from glue.study.design.problem import SEARCH, Problem
-from glue.study.design.shared import search_stages
+from glue.study.design.problem import Problem
 from glue.study.rundir import METRICS
-from glue.target.between import Between
 
 NEVER = -10.0  # scaled slack of a quantity that could not be determined, or of a setting that could not be run
 
@@ -54,28 +52,25 @@ def evaluate(
     number: int,
     values: Mapping[str, object],
     folder: Path,
-    shared: Between | None,
     progress: Callable[[str, float | None, str], None] = lambda *_: None,
 ) -> Evaluation:
     """Run a setting by the fast models into ``folder``; a setting that is refused or fails is a result, not an end."""
-    return _run(problem, number, values, folder, SEARCH, search_stages(shared), True, progress)
+    return _run(problem, number, values, folder, problem.search, True, progress)
 
 
 def rerun(
     problem: Problem, values: Mapping[str, object], folder: Path, preset: str, seed: int, progress=lambda *_: None
 ) -> Evaluation:
     """Run a setting at ``preset`` with another seed, which is its number, and the scene's own models."""
-    from glue.study.stages import STAGES
-
-    return _run(problem, seed, values, folder, {"accuracy.preset": preset, "seed": seed}, STAGES, False, progress)
+    return _run(problem, seed, values, folder, {"accuracy.preset": preset, "seed": seed}, False, progress)
 
 
-def _run(problem, number, values, folder, changes, stages, expected, progress) -> Evaluation:
+def _run(problem, number, values, folder, changes, expected, progress) -> Evaluation:
     begun = time.monotonic()
     content = problem.setting(values, changes)
     try:
         path = pipeline.run(
-            str(problem.scene_file), folder, only=problem.goals.stages, progress=progress, stages=stages, content=content
+            str(problem.scene_file), folder, only=problem.goals.stages, progress=progress, content=content
         )
         metrics = json.loads((path / METRICS).read_text(encoding="utf-8"))
         scene = read_scene(path / "scene.toml", content=content)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import contextlib
 import itertools
 import json
+import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 from glue.atomic import write_text_atomic
@@ -20,7 +22,9 @@ from glue.study.design.axes import Axis
 from glue.study.design.goals import Goals
 from glue.study.manifest import differences
 from glue.study.pipeline import find_scene
+from glue.study.reference import reference_impact
 from glue.study.rundir import digest
+from glue.target.between import RATIO
 from glue.target.cache import content_key
 
 # The fast models: shots that meet but never overlap (milliseconds a thousand), layers fed by one impact.
@@ -38,6 +42,13 @@ class Problem:
     goals: Goals
     axes: tuple[Axis, ...]
 
+    @cached_property
+    def search(self) -> dict[str, object]:
+        """Changes of the scene for the search: the fast models; dimples between common speeds where the window has several."""
+        impacts = [reference_impact(scene) for _, scene in self._corners(SEARCH)]
+        speeds = {float(f"{nozzle.normal_speed_m_s * math.sqrt(shots.density_kg_m3):.9g}") for nozzle, shots in impacts}
+        return SEARCH | {"accuracy": SEARCH["accuracy"] | {"dimple_speed_ratio": RATIO}} if len(speeds) > 1 else SEARCH
+
     def setting(self, values: Mapping[str, object], changes: Mapping[str, object] | None = None) -> bytes:
         """The scene's content with a setting, and further ``changes``, written in."""
         return changed(self.content, {**(changes or {}), **values})
@@ -47,8 +58,8 @@ class Problem:
         return read_scene(self.scene_file, content=self.setting(values, changes), provisional=True)
 
     def corners(self) -> list[Scene]:
-        """Scenes at the ends of all axes together, those that are none left out."""
-        return [scene for _, scene in self._corners(SEARCH)]
+        """Scenes of the search at the ends of all axes together, those that are none left out."""
+        return [scene for _, scene in self._corners(self.search)]
 
     def _corners(self, changes: Mapping[str, object]) -> Iterator[tuple[dict[str, object], Scene]]:
         keys = [axis.key for axis in self.axes]
@@ -81,7 +92,7 @@ class Problem:
         """All that the evaluations depend on."""
         from glue.study.stages import STAGES  # here: it loads every model
 
-        code = {pattern for stage in STAGES for pattern in stage.code} | {"glue/study/design/*.py", "glue/target/between.py"}
+        code = {pattern for stage in STAGES for pattern in stage.code} | {"glue/study/design/*.py"}
         return {
             "schema": 1, "scene": self.scene_file.name, "scene_content": digest(self.content.decode("utf-8-sig")),
             "targets": [str(t) for t in self.goals.targets], "objectives": [str(o) for o in self.goals.objectives],

@@ -6,13 +6,13 @@ from pathlib import Path
 
 from glue.study.sweep.design import remarks
 from glue.study.sweep.estimate import library_cost_s, stage_costs
-from glue.study.sweep.library import libraries
+from glue.study.sweep.library import count, libraries
 from glue.study.sweep.run import prepare
 from glue.target.speeds import cores
 
 
 def dry_run(study_file: str | Path, out: Path | None, jobs: int | None, retry_failed: bool, first: int | None) -> dict:
-    """{"out", "runs": [{"run", "state", "cause", axes…, "cost_s"}], "dimples", "jobs", "cost_s", "wall_s", "remarks"}."""
+    """{"out", "runs": [{"run", "state", "cause", axes…, "cost_s"}], "impacts", "jobs", "cost_s", "wall_s", "remarks"}."""
     from glue.study.pipeline import with_needs
     from glue.study.stages import STAGES
 
@@ -26,14 +26,13 @@ def dry_run(study_file: str | Path, out: Path | None, jobs: int | None, retry_fa
         cost = sum(costs[name].seconds for name in names) if costs else 0.0
         rows.append({"run": run.name, "state": state, "cause": run.cause, "axes": run.axes, "seed": run.seed, "cost_s": cost})
     known = [(run.name, run.scene) for run in todo.values() if run.scene.specification is None]
-    shared = libraries(known) if "dimple" in names else []
-    dimples = sum(len(library["speeds_m_s"]) for library in shared)
+    shared = libraries(known, "target" in names) if "dimple" in names else []
     by_name = dict(known)
     cost = sum(row["cost_s"] for row in rows)
-    cost += sum(library_cost_s(by_name[library["run"]], library["speeds_m_s"]) for library in shared)
+    cost += sum(library_cost_s(by_name[library["run"]], library) for library in shared)
     jobs = jobs or cores()
     return {
-        "out": str(prepared.out), "runs": rows, "dimples": dimples, "jobs": jobs, "cost_s": cost, "wall_s": cost / jobs,
+        "out": str(prepared.out), "runs": rows, "impacts": count(shared), "jobs": jobs, "cost_s": cost, "wall_s": cost / jobs,
         "remarks": remarks(prepared.study),
     }  # fmt: skip
 
@@ -47,7 +46,7 @@ def dry_text(found: dict) -> str:
         lines.append(f"{row['run']}  {row['state']:<7}  {axes}  {told}".rstrip())
     todo = sum(row["state"] == "to do" for row in found["runs"])
     lines.append(
-        f"{todo} of {len(found['runs'])} runs to do in {found['out']}, with {found['dimples']} shared dimples: to a factor of two"
+        f"{todo} of {len(found['runs'])} runs to do in {found['out']}, with {found['impacts']} shared impacts: to a factor of two"
         f" {found['cost_s']:.0f} s of computing, {found['wall_s']:.0f} s with {found['jobs']} at a time"
     )
     return "\n".join(lines)

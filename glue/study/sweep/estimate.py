@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 from glue.flow.regime import choose_flow
@@ -10,6 +9,7 @@ from glue.scene.model import Scene
 from glue.study.check import flow_cost_s
 from glue.study.flow_stage import restitution_estimate
 from glue.study.rundir import STAGE_ORDER
+from glue.study.sweep.library import count
 from glue.study.target_stage import expected_work
 
 # Rough, from a few runs on one core: seconds of one solved speed over (elements per radius)^2, and of stages that cost
@@ -41,6 +41,6 @@ def stage_costs(scene: Scene) -> dict[str, Cost]:
     return {stage: Cost(seconds.get(stage, _OTHER[0]), memory.get(stage, _OTHER[1]), 1) for stage in STAGE_ORDER}
 
 
-def library_cost_s(scene: Scene, speeds_m_s: Sequence[float]) -> float:
-    """Seconds to solve the impacts of ``scene`` at these speeds, one after another."""
-    return len(speeds_m_s) * _SPEED_S * scene.accuracy.dimple_elements_per_radius**2
+def library_cost_s(scene: Scene, library: dict) -> float:
+    """Seconds to solve the impacts of ``library`` (``glue.study.sweep.library``), to which ``scene`` belongs, one by one."""
+    return count([library]) * _SPEED_S * scene.accuracy.dimple_elements_per_radius**2

@@ -1,7 +1,7 @@
 """From a study to its runs: the scene of each, checked before anything starts, and ``plan.json`` that workers read.
 
 ``plan.json``: {"study", "scene_file", "stages", "cache", "library": [{"run", "runs",
-"speeds_m_s", "seconds"}], "all_stages", "todo": [run], "jobs", "runs": [{"run", "state", "cause", "point",
+"speeds_m_s", "layer_speeds_m_s", "seconds"}], "all_stages", "todo": [run], "jobs", "runs": [{"run", "state", "cause", "point",
 "replicate", "seed", "axes": {key path: value}, "scene": TOML, "scene_sha256", "inputs_sha256", "costs": {stage: [s, MB,
 threads]}}]}; state is "waiting", or "refused" with the cause.
 """
@@ -20,8 +20,9 @@ from glue.scene.model import Scene
 from glue.scene.reader import parse, read_scene, resolved_dict
 from glue.study.rundir import digest
 from glue.study.sweep.design import points, run_seed
-from glue.study.sweep.library import RATIO
+from glue.study.sweep.library import count, libraries
 from glue.study.sweep.study import Study
+from glue.target.between import RATIO
 
 PLAN = "plan.json"
 
@@ -47,13 +48,30 @@ class Run:
 
 
 def make_runs(study: Study) -> list[Run]:
-    """All runs of the study; those of an invalid scene have a cause.  Raises InputError when every scene is invalid."""
+    """All runs of the study; those of an invalid scene have a cause.  Raises InputError when every scene is invalid.
+
+    With ``library = "auto"`` they share impacts at common speeds when those are fewer than at the runs' own.
+    """
     base = dict(study.changes)
     if study.accuracy:
         base["accuracy.preset"] = study.accuracy
     own = parse(study.scene_file, study.scene_content)
-    if study.library == "shared" and "dimple_speed_ratio" not in own.get("accuracy", {}):
-        base.setdefault("accuracy.dimple_speed_ratio", RATIO)
+    shared = {"accuracy.dimple_speed_ratio": RATIO} | base
+    if study.library == "own" or "dimple_speed_ratio" in own.get("accuracy", {}):
+        return _all_runs(study, own, base)
+    runs = _all_runs(study, own, shared)
+    if study.library == "shared" or any(run.scene.specification is not None for run in runs if run.scene):
+        return runs
+    alone = _all_runs(study, own, base)
+    return alone if _impacts(study, alone) <= _impacts(study, runs) else runs
+
+
+def _impacts(study: Study, runs: list[Run]) -> int:
+    """How many impacts the runs would have solved."""
+    return count(libraries([(run.name, run.scene) for run in runs if run.scene], "target" in study.stages))
+
+
+def _all_runs(study: Study, own: dict, base: dict) -> list[Run]:
     seed = own["seed"] if isinstance(own.get("seed"), int) else 0
     runs = []
     for point, axes in enumerate(points(study)):

@@ -132,10 +132,10 @@ def _execute(prepared: Prepared, todo: list[Run], names: list[str], executor: st
     known = [(run.name, run.scene) for run in todo if run.scene.specification is None]
     if known and "dimple" in names:
         scenes = dict(known)
-        wanted = [(scenes[library["run"]], library["speeds_m_s"]) for library in libraries(known)]
+        wanted = [(scenes[library["run"]], library) for library in libraries(known, "target" in names)]
         failed = solve_libraries(wanted, jobs, lambda share, text: progress("library", share, text))
         if failed:
-            progress("library", 1.0, f"{failed} of the shared dimples could not be solved; the runs that need them will tell")
+            progress("library", 1.0, f"{failed} of the shared impacts could not be solved; the runs that need them will tell")
     run_local(out, todo, jobs, lambda share, text: progress("runs", share, text))
 
 
@@ -148,8 +148,8 @@ def _write_plan(prepared: Prepared, todo: list[Run], names: list[str], jobs: int
         costs = stage_costs(run.scene)
         run.costs = {name: tuple(costs[name]) for name in names}
     known = [(run.name, run.scene) for run in todo if run.scene.specification is None]
-    shared, scenes = libraries(known) if "dimple" in names else [], dict(known)
-    shared = [library | {"seconds": library_cost_s(scenes[library["run"]], library["speeds_m_s"])} for library in shared]
+    shared, scenes = libraries(known, "target" in names) if "dimple" in names else [], dict(known)
+    shared = [library | {"seconds": library_cost_s(scenes[library["run"]], library)} for library in shared]
     plan = plan_dict(study, prepared.runs, shared, cache, study_sha256(study, prepared.runs))
     _write_json(prepared.out / PLAN, plan | {"all_stages": names, "todo": [run.name for run in todo], "jobs": jobs})
     for name, content in (("study.toml", study.content), ("scene.toml", study.scene_content)):

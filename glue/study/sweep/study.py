@@ -5,7 +5,8 @@
     scene = "al2024-s390"          # a scene file beside this one, or a shipped example
     stages = ["coverage", "uncertainty"]   # as peen run --only; what they need runs too
     accuracy = "fast"              # instead of the scene's own
-    library = "shared"             # dimples at common speeds, solved once; "own": each run at its very speed
+    library = "auto"               # shared: dimples between impacts at common speeds; own: each run's at its very speed;
+                                   # auto: whichever solves fewer impacts
 
     remove = ["shots.grade"]       # keys of the scene that the runs do without
 
@@ -53,7 +54,7 @@ _TOP = {
     "name": SCENE_TOP["name"],
     "scene": Text(r"[^\0]{1,1000}", "allowed: a scene file, from this file's folder, or the name of a shipped example"),
     "accuracy": Word(tuple(PRESETS), "", "the scene's own"),
-    "library": Word(("shared", "own"), "shared", f"dimples at common speeds, solved once; {_HERE}"),
+    "library": Word(("auto", "shared", "own"), "auto", f"fewer impacts to solve; {_HERE}"),
 }
 _DESIGN = {
     "kind": Word(("grid", "lhs", "sobol")),

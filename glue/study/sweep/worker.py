@@ -101,7 +101,7 @@ def _library(plan: dict, runs: dict, number: int, jobs: int | None) -> None:
 
     library = plan["library"][number]
     scene = read_scene(Path(plan["scene_file"]), content=runs[library["run"]]["scene"].encode(), provisional=True)
-    solve_libraries([(scene, library["speeds_m_s"])], jobs)
+    solve_libraries([(scene, library)], jobs)
 
 
 if __name__ == "__main__":

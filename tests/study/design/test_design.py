@@ -35,7 +35,7 @@ def runs(monkeypatch):
     found = Runs()
     found.ran = []
 
-    def fast(problem, shared, number, values, folder, progress=None):
+    def fast(problem, number, values, folder, progress=None):
         found.ran.append(number)
         return refused(number) if number == 3 else evaluation(number, values, strength=found.strength)
 
@@ -45,7 +45,7 @@ def runs(monkeypatch):
 
     monkeypatch.setattr(design, "_evaluate", fast)
     monkeypatch.setattr(confirm, "rerun", finer)
-    monkeypatch.setattr(design, "share_dimples", lambda *_: (None, "made up"))
+    monkeypatch.setattr(design, "solve_window", lambda *_: "made up")
     return found
 
 
@@ -78,10 +78,10 @@ def test_nothing_is_run_twice_and_more_evaluations_add(runs, tmp_path):
 def test_a_kill_in_the_middle_costs_no_evaluation(runs, tmp_path, monkeypatch):
     fast = design._evaluate
 
-    def dies(problem, shared, number, *rest, **more):
+    def dies(problem, number, *rest, **more):
         if number == 9:
             raise KeyboardInterrupt
-        return fast(problem, shared, number, *rest, **more)
+        return fast(problem, number, *rest, **more)
 
     monkeypatch.setattr(design, "_evaluate", dies)
     with pytest.raises(KeyboardInterrupt):

@@ -25,6 +25,7 @@ sys.path.insert(0, str(HERE))
 
 import calculix_impact
 import dimple_cases as cases
+import dimple_between
 import dimple_library
 
 from glue.checkrows import Rows
@@ -248,6 +249,7 @@ CASES = {
     "poisson": (poisson, 30),
     "scaling": (scaling, 5),
     "library": (dimple_library.rows, 70),
+    "between": (dimple_between.rows, 60),
 }
 
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from glue.errors import InputError
 
 KINDS = ("linear", "log", "int")
+NEAR_END = 0.02  # of a range
 DIGITS = 4  # significant, of a proposed number: finer than a machine can be set
 
 
@@ -38,6 +39,14 @@ class Axis(NamedTuple):
         if self.kind == "int":
             return int(value)
         return min(max(float(f"{value:.{DIGITS}g}"), self.low), self.high)
+
+    def end_at(self, value) -> str:
+        """"low" or "high" when ``value`` is within NEAR_END of that end of the range, else "" (always of choices)."""
+        if self.kind == "choice":
+            return ""
+        scale = math.log if self.kind == "log" else float
+        share = (scale(value) - scale(self.low)) / (scale(self.high) - scale(self.low))
+        return "low" if share < NEAR_END else "high" if share > 1.0 - NEAR_END else ""
 
     @property
     def ends(self) -> tuple:

@@ -50,6 +50,13 @@ class Design:
         return VERDICTS[self.verdict][0]
 
     @property
+    def at_ends(self) -> dict[str, str]:
+        """{axis: "low" or "high"} where the winner lies at that end of the range: a wider one may hold a better setting."""
+        values = {} if self.winner is None else self.winner.values
+        found = {axis.key: axis.end_at(values[axis.key]) for axis in self.problem.axes if axis.key in values}
+        return {key: end for key, end in found.items() if end}
+
+    @property
     def front(self) -> list[Evaluation]:
         return front.trade_front(self.evaluations, self.problem.goals)
 
@@ -165,6 +172,7 @@ def as_dict(result: Design) -> dict:
         "dimples": result.dimples,
         "wall_s": result.wall_s,
         "winner": None if result.winner is None else _entry(result.winner, goals),
+        "winner_at_range_ends": result.at_ends,
         "confirmations": [_confirmed(c, goals) for c in result.confirmations],
         "cannot_be_met": front.unmet(result.evaluations, goals),
         "nearest": None if near is None or result.winner is not None else _entry(near, goals),

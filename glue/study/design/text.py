@@ -29,6 +29,8 @@ def design_text(result: Design) -> str:
         lines += [f"  {key:<34}{_plain(value)}" for key, value in result.winner.values.items()]
         lines += [f"  {q.short:<34}{_reading(result.winner, q)}" for q in goals.quantities]
         lines += ["  ± is the 95 % interval of a re-run (chance and numerics); other laws of the alloy move all settings alike."]
+        lines += [f"  {key} is at the {end} end of its range: a wider one may hold a better setting."
+                  for key, end in result.at_ends.items()]  # fmt: skip
     for confirmation in result.confirmations:
         lines += ["", *_confirmed(confirmation, result)]
     told = front.unmet(result.evaluations, goals)
@@ -96,6 +98,7 @@ def _confirmed(c: Confirmation, result: Design) -> Sequence[str]:
         elif short > 0.0:
             word = f"missed, beyond the interval by {target.quantity.shown(short * (abs(target.limit) or 1.0), 2)}"
         else:
-            word = f"met by {c.outright(target)} of {len(c.runs)} runs, by the rest within their interval"
+            count = c.outright(target)
+            word = f"met by {count} of {len(c.runs)} runs" + ("" if count == len(c.runs) else ", by the rest within their interval")
         lines.append(f"  {str(target):<34}{word}")
     return lines

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import sys
 from pathlib import Path
@@ -63,6 +64,18 @@ def test_a_design_is_found_confirmed_and_written(runs, tmp_path):
     assert scene.nozzle.speed_m_s == result.winner.values["nozzle.speed_m_s"] and scene.seed == 1
     text = design_text(result)
     assert "Verdict: confirmed" in text and "Trade front" in text and "met by 3 of 3 runs" in text
+
+
+def test_a_winner_at_an_end_of_the_window_is_told(runs, tmp_path):
+    low, log, _ = AXES
+    assert [low.end_at(v) for v in (20.0, 21.0, 60.0, 99.0)] == ["low", "low", "", "high"]
+    assert [log.end_at(v) for v in (0.00519, 0.0055, 0.05)] == ["low", "", "high"]
+    assert read_axes(["shots.grade=S110,S230"])[0].end_at("S110") == ""
+    result = design.design(problem(), tmp_path / "d", evaluations=24, preset=None)
+    values = {**result.winner.values, "nozzle.speed_m_s": 20.0, "exposure_time_s": 5.0, "nozzle.mass_flow_kg_s": 0.01}
+    result = dataclasses.replace(result, winner=evaluation(99, values))
+    assert result.at_ends == {"nozzle.speed_m_s": "low"}
+    assert "nozzle.speed_m_s is at the low end of its range" in design_text(result)
 
 
 def test_nothing_is_run_twice_and_more_evaluations_add(runs, tmp_path):

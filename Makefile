@@ -84,7 +84,8 @@ fit-layers: plugin ## the layer model: fit it to periodic cells, judge it on oth
 	$(BIN)/python tests/benchmarks/layers_fit.py --json build/bench/layers_fit.json
 
 tradeoff: plugin ## what every choice costs and how far off it is, on four scenes (an hour); goes on where it was stopped [TRADE=al2024-s390, --only GROUP]
-	$(BIN)/peen tradeoff --jobs $$(nproc) $(TRADE)
+	@# nproc follows OMP_NUM_THREADS
+	$(BIN)/peen tradeoff --jobs $$(env -u OMP_NUM_THREADS nproc) $(TRADE)
 	cp build/tradeoff/measured.json glue/study/tradeoff/measured.json
 
 bench-presets: plugin ## seconds that presets fast and balanced take on the built-in scenes, warm dimples, no figures (15 minutes)

@@ -49,7 +49,7 @@ def add_parser(commands, does: Callable) -> None:
     sub.add_argument("--evaluations", type=int, metavar="N", default=64, help="settings to try (default %(default)s)")
     sub.add_argument("--confirm", metavar="PRESET", default="balanced", help="a preset, or none (default %(default)s)")
     sub.add_argument("--out", type=Path, metavar="DIR", help="default runs/design-<scene>-<8 hex of what was asked>")
-    sub.add_argument("--jobs", type=int, metavar="N", default=1, help="settings run at a time, up to 4 (default %(default)s)")
+    sub.add_argument("--jobs", type=int, metavar="N", help="settings run at a time, up to 4 (default: one per core)")
 
 
 def run_design(args, progress) -> int:

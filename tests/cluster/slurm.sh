@@ -35,6 +35,7 @@ up() {
   munged --force --key-file "$place/munge.key" --socket "$place/munge.socket" --pid-file "$place/munged.pid" \
     --log-file "$place/munged.log" --seed-file "$place/munge.seed" 2>> "$place/munged.log"
   host=$(hostname -s)
+  cores=$(env -u OMP_NUM_THREADS nproc)  # nproc follows that variable, which make sets to 1
   cat > "$SLURM_CONF" <<END
 ClusterName=peen
 SlurmctldHost=$host(127.0.0.1)
@@ -59,7 +60,7 @@ SlurmctldPidFile=$place/slurmctld.pid
 SlurmdPidFile=$place/slurmd.pid
 SlurmctldLogFile=$place/slurmctld.log
 SlurmdLogFile=$place/slurmd.log
-NodeName=$host NodeAddr=127.0.0.1 CPUs=$(nproc) RealMemory=$(awk '/MemTotal/ {print int($2 / 1024)}' /proc/meminfo) State=UNKNOWN
+NodeName=$host NodeAddr=127.0.0.1 CPUs=$cores RealMemory=$(awk '/MemTotal/ {print int($2 / 1024)}' /proc/meminfo) State=UNKNOWN
 PartitionName=peen Nodes=$host Default=YES MaxTime=INFINITE State=UP
 END
   # Snakemake starts the work of a job by srun without the environment's SLURM_CONF: this one, first on the path, has it.

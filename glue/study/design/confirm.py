@@ -10,7 +10,7 @@ from pathlib import Path
 from glue.study.design.evaluate import Evaluation, rerun
 from glue.study.design.front import next_candidate
 from glue.study.design.goals import Target
-from glue.study.design.pool import run_all
+from glue.study.design.pool import News, Pool
 from glue.study.design.problem import Problem
 from glue.study.rundir import STAGE_ORDER
 
@@ -53,21 +53,26 @@ class Confirmation:
 
 
 def confirm(
-    problem: Problem, candidate: Evaluation, preset: str, base_seed: int, out: Path, jobs: int, progress
+    pool: Pool, candidate: Evaluation, preset: str, base_seed: int, out: Path, progress
 ) -> Confirmation:
     """Re-run the setting with SEEDS other seeds; run directories ``out``/<number>-seed<seed>-<preset>."""
     seeds = tuple((base_seed + FIRST_SEED + k) % 2**32 for k in range(SEEDS))
     orders = [(dict(candidate.values), out / f"{candidate.number:04d}-seed{s}-{preset}", preset, s) for s in seeds]
     found: list[Evaluation] = []
 
-    def within(stage: str, fraction: float | None, text: str) -> None:
+    def within(running: list[News]) -> None:
         # by stage, so that it only rises; how long each takes is not known
-        at = STAGE_ORDER.index(stage) if stage in STAGE_ORDER else 0  # an Almen strip, before the stages
-        share = (len(found) + (at + (fraction or 0.0)) / len(STAGE_ORDER)) / SEEDS
-        progress("confirm", min(share, 0.999), f"evaluation {candidate.number}, run {len(found) + 1} of {SEEDS}: {stage} {text}")
+        shares = [(_place(stage) + (fraction or 0.0)) / len(STAGE_ORDER) for stage, fraction, _ in running]
+        words = "; ".join(f"{stage} {text}".strip() for stage, _, text in running)
+        at = f"evaluation {candidate.number}, {len(found)} of {SEEDS} runs done; {words}"
+        progress("confirm", min((len(found) + sum(shares)) / SEEDS, 0.999), at)
 
-    run_all(rerun, (problem,), orders, jobs, found.append, within)
+    pool.run(rerun, orders, found.append, within)
     return Confirmation(candidate.number, preset, tuple(sorted(found, key=lambda run: run.number)))
+
+
+def _place(stage: str) -> int:
+    return STAGE_ORDER.index(stage) if stage in STAGE_ORDER else 0  # an Almen strip comes before the stages
 
 
 def confirm_first(

@@ -15,13 +15,15 @@ from glue.study.design import front
 from glue.study.design.confirm import Confirmation, confirm, confirm_first
 from glue.study.design.evaluate import Evaluation, evaluate
 from glue.study.design.history import FILE, read_history, write_history
-from glue.study.design.pool import run_all
+from glue.study.design.pool import News, Pool
 from glue.study.design.problem import Problem, claim, default_out
 from glue.study.design.search import search
 from glue.study.design.shared import solve_window
 from glue.study.target_surface import companions
+from glue.target.speeds import cores
 
 EVALUATIONS = 64
+MOST_JOBS = 4  # a round of the search; more would wait
 RESULT, WINNER = "design.json", "winner.toml"
 # verdict: (does the command succeed, what it means)
 VERDICTS = {
@@ -67,12 +69,13 @@ def design(
     *,
     evaluations: int = EVALUATIONS,
     preset: str | None = "balanced",
-    jobs: int = 1,
+    jobs: int | None = None,
     progress: Callable[[str, float | None, str], None] = lambda *_: None,
 ) -> Design:
     """Search the window of ``problem``, confirm the winner at ``preset`` (None: not at all), write it all into ``out``.
 
-    The same call goes on where a stopped one was; more ``evaluations`` add to those that are there.  Raises InputError,
+    ``jobs`` settings are run at a time (default: one per core, MOST_JOBS at most; it does not change what is found).  The same
+    call goes on where a stopped one was; more ``evaluations`` add to those that are there.  Raises InputError,
     SolverFailed; settings that are refused or fail alone are part of the result.
     """
     problems = []
@@ -80,6 +83,7 @@ def design(
         problems.append(f"--confirm {preset}: allowed {', '.join(PRESETS)}, none")
     if not 1 <= evaluations <= 10_000:
         problems.append(f"--evaluations {evaluations}: allowed 1 to 10000")
+    jobs = min(MOST_JOBS, cores()) if jobs is None else jobs
     if jobs < 1:
         problems.append(f"--jobs {jobs}: allowed from 1 up, such as the number of cores")
     if problems:
@@ -97,28 +101,28 @@ def design(
     def run(settings, tell) -> None:
         orders = [(n, values, out / "evaluations" / f"{n:04d}") for n, values in settings]
 
-        def within(stage: str, fraction: float | None, text: str) -> None:
-            share = len(found) / evaluations
-            progress("search", share, f"{len(found)} of {evaluations}, {_best(found, problem)}; {stage} {text}")
+        def within(running: list[News]) -> None:
+            words = "; ".join(f"{stage} {text}".strip() for stage, _, text in running)
+            progress("search", len(found) / evaluations, f"{len(found)} of {evaluations}, {_best(found, problem)}; {words}")
 
-        run_all(_evaluate, (problem,), orders, jobs, tell, within)
+        pool.run(_evaluate, orders, tell, within)
 
     def keep(all_of_them: list[Evaluation]) -> None:
         found[:] = all_of_them
         write_history(out / FILE, found, axes, goals)
         progress("search", min(len(found) / evaluations, 0.999), f"{len(found)} of {evaluations}, {_best(found, problem)}")
 
-    seed = problem.scene({}).seed
-    found = search(axes, goals, found, evaluations, seed, run, keep)
-    progress("search", 1.0, f"{len(found)} evaluations, {_best(found, problem)}")
-    order = front.ranked(found, goals)
-    verdict, winner, tried = "infeasible", None, []
-    if order:
-        verdict, winner = "not asked", order[0]
-    if order and preset is not None:
-        held, tried = confirm_first(problem, order, lambda e: confirm(problem, e, preset, seed, out / "confirm", jobs, progress))
-        progress("confirm", 1.0, "done")
-        verdict, winner = ("not confirmed", order[0]) if held is None else ("confirmed", held)
+    seed, verdict, winner, tried = problem.scene({}).seed, "infeasible", None, []
+    with Pool(jobs, (problem,)) as pool:
+        found = search(axes, goals, found, evaluations, seed, run, keep)
+        progress("search", 1.0, f"{len(found)} evaluations, {_best(found, problem)}")
+        order = front.ranked(found, goals)
+        if order:
+            verdict, winner = "not asked", order[0]
+        if order and preset is not None:
+            held, tried = confirm_first(problem, order, lambda e: confirm(pool, e, preset, seed, out / "confirm", progress))
+            progress("confirm", 1.0, "done")
+            verdict, winner = ("not confirmed", order[0]) if held is None else ("confirmed", held)
     result = Design(problem, out, found, verdict, winner, tried, told, time.monotonic() - begun)
     _write(result)
     return result

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
 import os
+import queue
 import signal
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
@@ -14,53 +16,84 @@ from glue.errors import SolverFailed
 from glue.study.design.evaluate import Evaluation
 
 _POLL_S = 0.5
+News = tuple[str, float | None, str]  # of one run: stage, fraction of it, text
 _common: tuple = ()
+_put: Callable = print
 
 
-def run_all(
-    task: Callable[..., Evaluation],
-    common: tuple,
-    orders: Sequence[tuple],
-    jobs: int,
-    tell: Callable[[Evaluation], None],
-    progress: Callable[[str, float | None, str], None],
-) -> None:
-    """``tell(task(*common, *order))`` of every order, ``jobs`` at a time; ``progress`` is the task's last argument when alone.
+class Pool:
+    """Does runs ``jobs`` at a time until its block ends; ``common`` goes to each process once, as do the models' imports."""
 
-    ``common`` goes to each process once.  Ctrl-C stops them all.
-    """
-    if jobs == 1 or len(orders) == 1:
-        for order in orders:
-            stopping.check()
-            tell(task(*common, *order, progress))
-        return
-    context = multiprocessing.get_context("spawn")  # numba's threads do not survive a fork
-    with ProcessPoolExecutor(min(jobs, len(orders)), context, _begin, (common,)) as pool:
-        waiting = {pool.submit(_one, task, order) for order in orders}
-        try:
-            while waiting:
-                stopping.check()
-                done, waiting = wait(waiting, timeout=_POLL_S, return_when=FIRST_COMPLETED)
-                for run in done:
-                    tell(run.result())
-        except BrokenProcessPool as problem:
-            raise SolverFailed("an evaluation's process died", cause=str(problem), advice="fewer --jobs: memory?") from None
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
+    def __init__(self, jobs: int, common: tuple):
+        self._jobs, self._common = jobs, common
+        self._executor: ProcessPoolExecutor | None = None
+
+    def __enter__(self) -> Pool:
+        return self
+
+    def __exit__(self, kind, *_) -> None:
+        if self._executor is None:
+            return
+        self._executor.shutdown(wait=kind is None, cancel_futures=True)
+        if kind is not None:
             for child in multiprocessing.active_children():
                 child.terminate()  # noticed by the run, which stops its solver and leaves what can be gone on with
-            raise
+
+    def run(
+        self,
+        task: Callable[..., Evaluation],
+        orders: Sequence[tuple],
+        tell: Callable[[Evaluation], None],
+        progress: Callable[[list[News]], None],
+    ) -> None:
+        """``tell(task(*common, *order, progress of that run))`` of every order.
+
+        ``progress`` gets the latest news of the runs at work.  Raises SolverFailed when a process dies.
+        """
+        if self._jobs == 1 or (len(orders) == 1 and self._executor is None):
+            for order in orders:
+                stopping.check()
+                tell(task(*self._common, *order, lambda *news: progress([news])))
+            return
+        if self._executor is None:
+            context = multiprocessing.get_context("spawn")  # numba's threads do not survive a fork
+            self._told = context.Queue()
+            self._executor = ProcessPoolExecutor(self._jobs, context, _begin, (self._common, self._told))
+        try:
+            self._follow({self._executor.submit(_one, task, order): order for order in orders}, tell, progress)
+        except BrokenProcessPool as problem:
+            raise SolverFailed("an evaluation's process died", cause=str(problem), advice="fewer --jobs: memory?") from None
+
+    def _follow(self, waiting: dict, tell, progress) -> None:
+        latest: dict[str, News] = {}
+        while waiting:
+            stopping.check()
+            done, _ = wait(waiting, timeout=_POLL_S, return_when=FIRST_COMPLETED)
+            with contextlib.suppress(queue.Empty):
+                while True:
+                    name, news = self._told.get_nowait()
+                    latest[name] = news
+            for run in done:
+                latest.pop(_name(waiting.pop(run)), None)
+                tell(run.result())
+            at_work = [latest[name] for order in waiting.values() if (name := _name(order)) in latest]
+            if at_work:
+                progress(at_work)
 
 
-def _begin(common: tuple) -> None:
-    global _common
+def _name(order: tuple) -> str:
+    return repr(order)
+
+
+def _begin(common: tuple, told) -> None:
+    global _common, _put
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all; the parent tells its children when to end
     from glue.target.cache import cache_root
 
     os.environ.setdefault("NUMBA_CACHE_DIR", str(cache_root() / "numba"))
-    _common = common
+    _common, _put = common, told.put
 
 
 def _one(task, order: tuple) -> Evaluation:
     with stopping.noticed():
-        return task(*_common, *order)
+        return task(*_common, *order, lambda *news: _put((_name(order), news)))

@@ -46,6 +46,7 @@ def runs(monkeypatch):
 
     monkeypatch.setattr(design, "_evaluate", fast)
     monkeypatch.setattr(confirm, "rerun", finer)
+    monkeypatch.setattr(design, "cores", lambda: 1)  # other processes would not have the stand-ins
     monkeypatch.setattr(design, "solve_window", lambda *_: "made up")
     return found
 

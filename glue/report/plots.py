@@ -25,8 +25,10 @@ class Series(NamedTuple):
     joined: bool = False
 
 
-def plot(series: Sequence[Series], x_label: str, y_label: str, words: Sequence[str] = ()) -> str:
-    """SVG text.  ``words``: what stands at x = 0, 1, … where the axis is not of numbers."""
+def plot(series: Sequence[Series], x_label: str, y_label: str, words: Sequence[str] = (), log: bool = False) -> str:
+    """SVG text.  ``words``: what stands at x = 0, 1, … where the axis is not of numbers; ``log``: of x, all above 0."""
+    if log:
+        series = [s._replace(x=np.log10(s.x)) for s in series]
     x = np.concatenate([s.x for s in series])
     low = np.concatenate([s.y - np.nan_to_num(s.bar) for s in series])
     high = np.concatenate([s.y + np.nan_to_num(s.bar) for s in series])
@@ -38,7 +40,12 @@ def plot(series: Sequence[Series], x_label: str, y_label: str, words: Sequence[s
     def up(values):
         return _HEIGHT - _BOTTOM - (np.asarray(values) - y_scale[0]) / (y_scale[1] - y_scale[0]) * (_HEIGHT - _TOP - _BOTTOM)
 
-    ticks = list(enumerate(words)) if words else [(t, f"{t:.10g}") for t in _ticks(*x_scale)]
+    if words:
+        ticks = list(enumerate(words))
+    elif log:
+        ticks = [(math.log10(t), f"{t:.10g}") for t in _log_ticks(*x_scale)]
+    else:
+        ticks = [(t, f"{t:.10g}") for t in _ticks(*x_scale)]
     parts = [_text(across(v), _HEIGHT - _BOTTOM + 15, _short(w), "middle", "t") for v, w in ticks]
     for v in _ticks(*y_scale):
         parts.append(f'<path class="g" d="M{_LEFT} {up(v):.1f}H{_WIDTH - _RIGHT}"/>')
@@ -92,6 +99,19 @@ def _ticks(low: float, high: float) -> list[float]:
     step = next(k * power for k in (1, 2, 5, 10) if k * power >= raw)
     first = math.ceil(low / step)
     return [k * step for k in range(first, math.floor(high / step) + 1)]
+
+
+def _log_ticks(low: float, high: float) -> list[float]:
+    """Round numbers from 10^low to 10^high: as many of each decade as give four, at most _TICKS."""
+    found: list[float] = []
+    for digits in ((1,), (1, 3), (1, 2, 5), (1, 1.5, 2, 3, 5, 7)):
+        decades = range(math.floor(low), math.ceil(high) + 1)
+        found = [d * 10.0**k for k in decades for d in digits if low <= math.log10(d * 10.0**k) <= high]
+        if len(found) >= 4:
+            break
+    else:
+        found = found if len(found) >= 3 else _ticks(10.0**low, 10.0**high)
+    return found[:: max(1, math.ceil(len(found) / _TICKS))]
 
 
 def _short(word: str) -> str:

@@ -86,7 +86,7 @@ def _studied(study: dict, axes: list[dict]) -> str:
     design = study.get("design", {})
     facts = [("scene", study.get("scene")), ("stages", ", ".join(study.get("stages", []))), ("accuracy", study.get("accuracy")),
              ("design", ", ".join(f"{k} {v}" for k, v in design.items() if v is not None)),
-             ("changed for all runs", ", ".join(f"{k} = {v}" for k, v in (study.get("set") or {}).items()))]  # fmt: skip
+             ("changed for all runs", ", ".join(f"no {k}" if v is None else f"{k} = {v}" for k, v in (study.get("set") or {}).items()))]  # fmt: skip
     cells = [(Cell(what, kind="short"), Cell(str(value), kind="long")) for what, value in facts if value]
     spans = [(_name(axis), ", ".join(axis.get("keys", [])), _span(axis), axis.get("unit") or "") for axis in axes]
     heads = ("axis", "key of the scene", "values", "unit")
@@ -115,7 +115,8 @@ def _plots(axes: list[dict], rows: list[dict], metrics: list[str]) -> str:
             if found is None:
                 continue
             series, places = found
-            drawn.append(plot(series, _name(axis) + _unit(axis), _titled(shown), places))
+            log = axis.get("spacing") == "log" and not places
+            drawn.append(plot(series, _name(axis) + _unit(axis), _titled(shown), places, log))
             if len(series) > 1:
                 words = escape(f"Against {_name(axis)}, by {_others(axis, axes)}:")
                 key += f'<p class="note">{words}</p>' + legend([s.label for s in series])

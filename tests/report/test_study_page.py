@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from study_case import FLOWS, SPEEDS, write_study  # noqa: E402
 
 from glue.errors import InputError  # noqa: E402
-from glue.report.plots import Series, plot  # noqa: E402
+from glue.report.plots import Series, _log_ticks, plot  # noqa: E402
 from glue.report.study_page import _series, write_study_report  # noqa: E402
 
 
@@ -97,3 +97,18 @@ def test_points_stand_where_their_numbers_are():
 
 def test_one_value_everywhere_still_has_an_axis():
     assert "<svg" in plot([Series("", np.array([1.0, 2.0]), np.array([0.0, 0.0]), np.array([0.0, 0.0]))], "x", "y")
+
+
+def test_a_logarithmic_axis_spaces_equal_ratios_equally():
+    at = Series("", np.array([0.005, 0.01, 0.02]), np.array([5.0, 6.0, 7.0]), np.array([np.nan] * 3))
+    svg = plot([at], "x", "y", log=True)
+    places = [float(found) for found in re.findall(r"M([\d.]+) [\d.]+h0", svg)]
+    assert places[1] - places[0] == pytest.approx(places[2] - places[1], abs=0.2)
+    ticks = re.findall(r'text-anchor="middle">([\d.]+)<', svg)
+    assert {"0.005", "0.01", "0.02"} <= set(ticks) and len(ticks) <= 8
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.005, 0.03), (1.0, 1000.0), (59.0, 61.0), (1e-6, 1e3)])
+def test_a_logarithmic_axis_has_some_ticks_within_it(low, high):
+    ticks = _log_ticks(np.log10(low), np.log10(high))
+    assert 3 <= len(ticks) <= 7 and all(low * 0.999 <= t <= high * 1.001 for t in ticks) and len(set(ticks)) == len(ticks)

@@ -8,11 +8,11 @@ import io
 import json
 import os
 import sys
-import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from glue import cli_design, cli_files, stopping
+from glue import cli_design, cli_files, cli_measure, stopping
+from glue.cli_progress import Progress
 from glue.cli_study import add_sweep
 from glue.errors import InputError, PeenError
 from glue.target.cache import cache_root
@@ -139,40 +139,7 @@ def _parser() -> argparse.ArgumentParser:
         stage.add_argument("run", metavar="RUN", type=Path)
         stage.set_defaults(stage=name)
 
-    dimple = add("dimple", _dimple, "solve normal impacts of a rigid sphere on a flat target: one, or a library of speeds")
-    dimple.add_argument("--material", required=True, help="key of the catalogue, such as al2024-t351")
-    wanted = dimple.add_mutually_exclusive_group(required=True)
-    wanted.add_argument("--speed", type=float, metavar="M_S", help="normal speed [m/s] of one impact")
-    wanted.add_argument("--speeds", metavar="FROM:TO", help="a library over these speeds [m/s], such as 1:120")
-    dimple.add_argument("--points", type=int, default=12, metavar="N", help="speeds of the library (default %(default)s)")
-    dimple.add_argument("--jobs", type=int, metavar="N", help="impacts solved at a time (default: one per core)")
-    dimple.add_argument("--out", type=Path, metavar="FILE", help="write the library as JSON, too")
-    dimple.add_argument(
-        "--compare", action="store_true", help="the library beside closed forms (Kirk, Al-Hassani, Shen-Atluri, Nguyen)"
-    )
-    dimple.add_argument(
-        "--shot", default="S390", metavar="GRADE", help="gives diameter and density (default %(default)s)"
-    )
-    dimple.add_argument(
-        "--diameter", type=float, metavar="M", help="shot diameter [m] instead of the grade's"
-    )
-    accuracy(dimple)
-
-    tradeoff = add("tradeoff", _tradeoff, "measure what every choice costs and how far off it is: a scene, or four built-in ones")
-    tradeoff.add_argument("scene", metavar="SCENE", nargs="?")
-    tradeoff.add_argument("--out", metavar="DIR", type=Path, default=Path("build/tradeoff"), help="default %(default)s")
-    tradeoff.add_argument("--only", metavar="GROUP", nargs="+", default=[], help="these groups of rungs, such as dimple flow")
-    tradeoff.add_argument("--jobs", type=int, metavar="N", default=1, help="runs at a time (default %(default)s)")
-    tradeoff.add_argument("--quick", action="store_true", help="two cheap groups: what chance and the raster do")
-
-    almen = add("intensity", _intensity, "Almen intensity from a saturation curve: a measured one, or a strip in a scene's jet")
-    almen.add_argument("scene", metavar="SCENE", nargs="?")
-    almen.add_argument("--curve", metavar="FILE.csv", type=Path, help="measured: exposure_min|_s|_passes, arc_height_in|_mm|_m; with SCENE: beside it")
-    almen.add_argument("--strip", metavar="N|A|C", help="Almen strip (default: the scene's intensity's, else A)")
-    almen.add_argument("--target", metavar="MODEL", default="layers", help="layers (milliseconds) or cell (minutes)")
-    almen.add_argument("--figure", metavar="FILE.png", type=Path, help="draw the saturation curve")
-    accuracy(almen)
-
+    cli_measure.add_commands(add, accuracy)
     cli_files.add_commands(add)
     cli_design.add_parser(commands, lambda args: cli_design.run_design(args, Progress()))
     add_sweep(commands, Progress)
@@ -235,73 +202,6 @@ def _show(path: Path, as_json: bool) -> int:
     return 0
 
 
-def _dimple(args) -> int:
-    from glue.study import single
-
-    if args.speeds is None:
-        for option, given in (("--out", args.out), ("--compare", args.compare)):
-            if given:
-                raise InputError(f"{option}: is of a library; allowed with --speeds")
-        result = single.single_dimple(args.material, args.speed, args.shot, args.diameter, args.accuracy, Progress())
-        if args.json:
-            print(json.dumps(result, indent=2))
-        else:
-            for key, value in result.items():
-                print(f"{key:<20} {value:.6g}" if isinstance(value, float) else f"{key:<20} {value}")
-        return 0
-    if args.diameter is not None:
-        raise InputError("--diameter: a library is in units of the shot and serves every diameter; allowed with --speed")
-    library = single.dimple_library(
-        args.material, args.speeds, args.points, args.shot, args.accuracy, args.jobs, args.out, Progress()
-    )
-    table = single.formulas_table(library) if args.compare else None
-    if args.json:
-        print(json.dumps(library.as_dict() | ({"formulas": table} if table else {}), indent=2))
-    else:
-        print(single.library_text(library))
-        if table:
-            print("\n" + single.formulas_text(library.material, table))
-    return 0
-
-
-def _tradeoff(args) -> int:
-    from glue.report import tradeoff as report
-    from glue.study.tradeoff.ladders import groups_named, run_ladders
-
-    if args.jobs < 1:
-        raise InputError(f"--jobs {args.jobs}: allowed from 1 up, such as the number of cores")
-    groups = groups_named(args.only, args.quick)
-    table = run_ladders(args.scene, args.out, groups, lambda line: print(line, file=sys.stderr, flush=True), args.jobs)
-    files = report.write_report(table, args.out)
-    if args.json:
-        print(json.dumps(table, indent=1))
-    else:
-        print("\n\n".join(report.markdown(table, scene) for scene in table["scenes"]))
-        print("\n".join(["", "Files", *(f"  {file}" for file in files)]))
-    return 0
-
-
-def _intensity(args) -> int:
-    from glue.study import intensity
-
-    result, found = intensity.intensity(
-        args.scene, args.curve, strip=args.strip, model=args.target, preset=args.accuracy, progress=Progress()
-    )
-    if args.figure is not None and found.problem is None:
-        from glue.report.saturation import saturation_plot  # here: loads matplotlib
-
-        measured = result.get("measured")
-        saturation_plot(
-            args.figure, found, unit=result["exposure_unit"], title=intensity.title(result),
-            measured=measured and (measured["exposure"], measured["arc_height_m"]),
-        )  # fmt: skip
-    print(json.dumps(result, indent=2) if args.json else intensity.intensity_text(result))
-    if found.problem:
-        _complain(f"{result.get('file') or result['scene']}: {found.problem}")
-        return InputError.exit_code
-    return 0
-
-
 def _doctor(args) -> int:
     from glue.solvers import doctor, versions
 
@@ -315,35 +215,3 @@ def _doctor(args) -> int:
                 print(f"      {'':<22} try: {row.advice}")
         print(f"{sum(r.ok for r in rows)}/{len(rows)} passed")
     return 0 if all(r.ok for r in rows) else 3
-
-
-class Progress:
-    """Tells a stage's progress and time left on standard error: in place on a terminal, else every 10 s."""
-
-    def __init__(self):
-        self._stage, self._start, self._shown = "", 0.0, 0.0
-
-    def __call__(self, stage: str, fraction: float | None, text: str = "") -> None:
-        now = time.monotonic()
-        if stage != self._stage:
-            self._stage, self._start, self._shown = stage, now, -1e9
-        last = fraction is not None and fraction >= 1.0
-        live = sys.stderr.isatty()
-        if not last and now - self._shown < (0.2 if live else 10.0):
-            return
-        self._shown = now
-        parts = [f"{stage:<9}"]
-        if fraction is not None and 0.0 < fraction < 1.0 and now - self._start > 1.0:
-            left_s = (now - self._start) / fraction * (1.0 - fraction)
-            parts.append(
-                f"{100 * fraction:3.0f} %"
-                if "left" in text
-                else f"{100 * fraction:3.0f} %, {left_s:.0f} s left"
-            )
-        if text:
-            parts.append(text)
-        if last and now - self._start > 0.05:
-            parts.append(f"({now - self._start:.1f} s)")
-        line = "  ".join(parts)
-        end = "\n" if last or not live else ""
-        print(f"\r\033[K{line}" if live else line, end=end, file=sys.stderr, flush=True)

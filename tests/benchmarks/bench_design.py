@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 
 from glue.checkrows import Rows
-from glue.cli import Progress
+from glue.cli_progress import Progress
 from glue.errors import InputError
 from glue.report.design import front_plot
 from glue.solvers import repo_root

@@ -18,13 +18,14 @@ from glue.flow.regime import (
 )
 from glue.scene.consistency import estimated_dimple_radius_m, mixture_volume_fraction
 from glue.scene.model import Scene
+from glue.study.choices import choices
 from glue.study.coverage_stage import refuse_window
 from glue.study.dimple_stage import impact_speeds, refuse_dimple, scene_physics
 from glue.study.exposure import estimated_areas_m2, expected_hits, speed_kept
 from glue.study.flow_stage import refuse_flow, restitution_estimate
 from glue.study.intensity_stage import seconds as confirmation_s
 from glue.study.pieces import pieces
-from glue.study.pipeline import choices, default_out
+from glue.study.pipeline import default_out
 from glue.study.reference import reference_impact
 from glue.study.target_stage import expected_work, refuse_target, target_warnings
 from glue.target.cell import seconds_per_impact

@@ -10,9 +10,10 @@ from typing import Any
 from glue import solvers, stopping
 from glue.errors import InputError, PeenError
 from glue.flow.imported import IMPORTED, content_of, sha256_of
-from glue.flow.regime import choose_flow, resolve_physics
 from glue.scene.model import Scene
 from glue.scene.reader import example_names, example_path, read_bytes, read_scene, resolved_dict
+from glue.study.choices import choices
+from glue.study.cost import watched
 from glue.study.rundir import RunDirectory, digest, file_digest
 from glue.study.stage import Stage, Work
 from glue.study.target_surface import companions
@@ -114,43 +115,6 @@ def is_done(path: Path, only: Sequence[str], stages: Sequence[Stage] | None = No
             return all(folder.is_current(s.name, digest(stage_inputs(folder, scene, s))) for s in with_needs(only, stages))
     except (InputError, KeyError):
         return False
-
-
-def choices(scene: Scene) -> dict:
-    """{stage: {"model", "why"}} for the manifest and for printing; with it the hardening law of each solver.
-
-    The flow's is chosen again when it runs, with the restitution of the dimple instead of an estimate.
-    """
-    from glue.study.dimple_stage import law_text, scene_physics  # here: they load the target's models
-    from glue.study.flow_stage import restitution_estimate
-
-    material = scene.target.material
-    chosen = {name: {"model": c.model, "why": c.why} for name, c in vars(scene.models).items()}
-    flow = choose_flow(scene, restitution_estimate(scene)[0])
-    chosen["flow"] = {"model": flow.model, "why": flow.why}
-    chosen |= {
-        block.replace("_", " "): {"model": c.model, "why": c.why}
-        for block, c in resolve_physics(scene).choices.items()
-    }
-    physics, impact_choices = scene_physics(scene)
-    chosen |= {
-        block.replace("_", " "): {"model": c.model, "why": c.why} for block, c in impact_choices.items()
-    }
-    bounded = material.combined
-    law, formula = law_text(material)
-    factors = [name for name, on in (("rate term", physics.rate), ("softening by heat", physics.thermal)) if on]
-    chosen["dimple law"] = {
-        "model": law,
-        "why": f"single impact: {formula}, {'with ' + ' and '.join(factors) if factors else 'no rate term'}"
-        f" ({material.source}; grade {material.grade})",
-    }
-    backstresses = ", ".join(f"X {x / 1e6:.4g} MPa (gamma {g:g})" for x, g in bounded.backstresses)
-    chosen["target law"] = {
-        "model": "combined",
-        "why": f"impacts overlap, so hardening must be bounded: R {bounded.R0_Pa / 1e6:.4g} + {bounded.Q_Pa / 1e6:.4g}"
-        f"(1 - exp(-{bounded.b:g} p)) MPa, {backstresses or 'no backstress'} ({material.combined_source})",
-    }
-    return chosen
 
 
 def _default_stages() -> tuple[Stage, ...]:
@@ -258,20 +222,8 @@ def _teller(progress: Progress, name: str) -> Callable[[float | None, str], None
 
 
 def _run_one(folder: RunDirectory, stage: Stage, work: Work, record: dict[str, Any]) -> None:
-    start, own_cpu = time.monotonic(), time.process_time()
     record["date"] = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
-    with solvers.watch() as ended, _PeakMemory() as own:
-
-        def cost() -> dict:
-            jobs = [
-                {"program": name, "log": _relative(done.log, folder.path), "exit_code": done.exit_code,
-                 "wall_s": done.wall_s, "cpu_s": done.cpu_s, "peak_memory_bytes": done.peak_memory_bytes}
-                for name, done in ended
-            ]  # fmt: skip
-            peak = max([own.bytes(), *(j["peak_memory_bytes"] for j in jobs)])
-            cpu_s = time.process_time() - own_cpu + sum(j["cpu_s"] for j in jobs)
-            return {"wall_s": time.monotonic() - start, "cpu_s": cpu_s, "peak_memory_bytes": peak, "processes": jobs}
-
+    with watched(folder.path) as cost:
         try:
             metrics, outputs = stage.run(work)
         except (PeenError, OSError) as problem:
@@ -292,28 +244,3 @@ def code_digests(stage: Stage) -> dict[str, str]:
     root = solvers.repo_root()
     files = sorted({p for pattern in stage.code for p in root.glob(pattern) if p.is_file()})
     return {str(p.relative_to(root)): file_digest(p) for p in files}
-
-
-def _relative(path: Path, start: Path) -> str:
-    return str(path.relative_to(start)) if path.is_relative_to(start) else str(path)
-
-
-class _PeakMemory:
-    """This process's largest resident size [bytes] since the block began (Linux; 0 elsewhere)."""
-
-    def __enter__(self) -> _PeakMemory:
-        try:
-            Path("/proc/self/clear_refs").write_text("5")  # resets VmHWM, which otherwise never falls
-        except OSError:
-            pass
-        return self
-
-    def __exit__(self, *exc) -> None:
-        pass
-
-    def bytes(self) -> int:
-        try:
-            lines = Path("/proc/self/status").read_text().splitlines()
-        except OSError:
-            return 0
-        return next((1024 * int(line.split()[1]) for line in lines if line.startswith("VmHWM:")), 0)

@@ -14,8 +14,8 @@ from glue.scene.laws import HardeningTable
 from glue.scene.model import StrainRate, Switch
 from glue.scene.reader import example_path, read_scene
 from glue.scene.presets import PRESETS
+from glue.study.choices import choices
 from glue.study.dimple_stage import dimple_metrics, law_text, other_speeds, refuse_dimple
-from glue.study.pipeline import choices
 from glue.study.single import dimple_library, formulas_table, formulas_text, library_text
 from glue.target.library import Library
 from glue.target.physics import ImpactPhysics

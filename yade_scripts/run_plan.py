@@ -10,13 +10,8 @@ from dashpots import DashpotMap
 from glue.errors import InputError
 from glue.flow.restitution import RestitutionLaw
 from glue.scene import sizes
-from glue.scene.consistency import (
-    MAX_OVERLAP,
-    MIN_STEPS_PER_CONTACT,
-    elastic_overlap,
-    inlet_clearance_problem,
-    steps_per_contact,
-)
+from glue.scene.contact_checks import MAX_OVERLAP, MIN_STEPS_PER_CONTACT, elastic_overlap, steps_per_contact
+from glue.scene.reach import inlet_clearance_problem
 
 MAX_DT_OVER_P = 1.5  # at 2 the elastic energy drifts by .5 %, at 4.4 by 24 %
 

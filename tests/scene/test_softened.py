@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 
 from glue.flow.regime import expected_errors
-from glue.scene.consistency import elastic_overlap, steps_per_contact
+from glue.scene.contact_checks import elastic_overlap, steps_per_contact
 from glue.scene.reader import example_path, read_scene
 from glue.scene.softened import softened
 

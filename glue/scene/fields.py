@@ -12,8 +12,6 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from glue.scene.catalogue import closest
-from glue.theory.almen import ALLOWED as INTENSITY_ALLOWED
-from glue.theory.almen import intensity_problem
 
 REQUIRED = object()  # default of a key that has none
 
@@ -81,6 +79,26 @@ def kind(value: object) -> str:
     return name if isinstance(value, list | dict) else f"{name} {quoted(value)}"
 
 
+def number_problem(value: object, allowed: str) -> str | None:
+    """None for a finite number, else the sentence that says what is wrong; ``allowed`` ends it."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return f"must be a number, not {kind(value)}{_number_in_quotes(value)}; {allowed}"
+    if isinstance(value, float) and not math.isfinite(value):
+        return f"must be a finite number, not {value}; {allowed}"
+    return None
+
+
+def _number_in_quotes(value: object) -> str:
+    """Hint for a number written as text."""
+    if isinstance(value, str):
+        try:
+            float(value)
+        except ValueError:
+            return ""
+        return " (write it without quotes)"
+    return ""
+
+
 @dataclass(frozen=True)
 class Number:
     """A finite number in [low, high], an integer accepted too.
@@ -101,10 +119,8 @@ class Number:
         return f"allowed {show(self.low)}..{show(self.high)}{unit}".rstrip()
 
     def problem(self, value: object) -> str | None:
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            return f"must be a number, not {kind(value)}{_number_in_quotes(value)}; {self.allowed}"
-        if isinstance(value, float) and not math.isfinite(value):
-            return f"must be a finite number, not {value}; {self.allowed}"
+        if problem := number_problem(value, self.allowed):
+            return problem
         if not self.low <= value <= self.high:
             reason = f" ({self.reason})" if self.reason else ""
             return f"{self._off(value)}; {self.allowed}{reason}"
@@ -202,23 +218,6 @@ class Text:
 
 
 @dataclass(frozen=True)
-class Almen:
-    """An Almen intensity as a drawing says it, such as "8A" or "6-8A"."""
-
-    default: object = REQUIRED
-    source: str = ""
-    allowed: str = INTENSITY_ALLOWED
-
-    def problem(self, value: object) -> str | None:
-        if not isinstance(value, str):
-            return f"must be a text in quotes, not {kind(value)}; {self.allowed}"
-        return intensity_problem(value)
-
-    def convert(self, value: str) -> str:
-        return value
-
-
-@dataclass(frozen=True)
 class Word:
     """One of a few words. ``not_built`` maps words of later versions to what they stand for."""
 
@@ -261,51 +260,3 @@ class Flag:
 
     def convert(self, value: bool) -> bool:
         return value
-
-
-@dataclass(frozen=True)
-class Ratio:
-    """A coefficient of restitution in (0, 0.94] or exactly 1, the values that the contact law can hold.
-
-    With ``or_word`` that word is accepted too.
-    """
-
-    or_word: str = ""
-    default: object = REQUIRED
-    source: str = ""
-
-    @property
-    def allowed(self) -> str:
-        return "allowed above 0 up to 0.94, or exactly 1" + (f', or "{self.or_word}"' if self.or_word else "")
-
-    def problem(self, value: object) -> str | None:
-        if self.or_word and isinstance(value, str):
-            return None if value == self.or_word else f"unknown value {quoted(value)}; {self.allowed}"
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            return f"must be a number, not {kind(value)}{_number_in_quotes(value)}; {self.allowed}"
-        if isinstance(value, float) and not math.isfinite(value):
-            return f"must be a finite number, not {value}; {self.allowed}"
-        if value <= 0:
-            return f"{quoted(value)} is out of range: the contact law has no answer there; {self.allowed}"
-        if 0.94 < value < 1:
-            return (
-                f"{quoted(value)} cannot be reached: above 0.94 the contact law of YADE saturates "
-                f"(0.97 rebounds at 0.965, 0.999 at 0.984); {self.allowed}"
-            )
-        if value > 1:
-            return f"{quoted(value)} is out of range: a rebound cannot gain energy; {self.allowed}"
-        return None
-
-    def convert(self, value: float | str) -> float | str:
-        return value if isinstance(value, str) else float(value)
-
-
-def _number_in_quotes(value: object) -> str:
-    """Hint for a number written as text."""
-    if isinstance(value, str):
-        try:
-            float(value)
-        except ValueError:
-            return ""
-        return " (write it without quotes)"
-    return ""

@@ -6,7 +6,8 @@ a wrong unit.  Grades of sources: D derived, A read, B quoted, C from memory or 
 
 from __future__ import annotations
 
-from glue.scene.fields import Almen, Flag, Integer, Number, Ratio, Text, Vector, Word
+from glue.scene.fields import Flag, Integer, Number, Text, Vector, Word
+from glue.scene.peening_fields import Almen, Ratio
 from glue.scene.presets import DEFAULT_PRESET, PRESETS
 
 SCHEMA = 1

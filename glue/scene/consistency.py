@@ -22,8 +22,8 @@ from glue.scene.jet_checks import (
     size_text,
     window_problems,
 )
-from glue.scene.model import Accuracy, Material, Nozzle, Shots, Target
-from glue.scene.presets import PEENED_DEPTH_IN_RADII
+from glue.scene.model import Material, Nozzle, Shots, Target
+from glue.scene.presets import PEENED_DEPTH_IN_RADII, Accuracy
 from glue.scene.reach import inlet_clearance_problem
 from glue.scene.schema import MAX_RASTER_POINTS, MAX_SHOTS, MAX_VOLUME_FRACTION
 

@@ -10,9 +10,11 @@ from collections.abc import Iterator
 from itertools import combinations_with_replacement
 
 from glue.scene import sizes
+from glue.scene.effects import AirDrag
 from glue.scene.fields import show
 from glue.scene.jet_checks import Media, Nozzles, Problem, driven, named
-from glue.scene.model import Accuracy, AirDrag, Material, Restitution, Shots
+from glue.scene.model import Material, Restitution, Shots
+from glue.scene.presets import Accuracy
 from glue.scene.softened import softened_parts
 
 MIN_STEPS_PER_CONTACT = 9.0  # shot on shot at dt = 1.0 P: 13.7 at 60 m/s, 12 at twice the speed

@@ -10,8 +10,9 @@ import math
 from collections.abc import Iterator
 
 from glue.scene import reach, sizes
+from glue.scene.effects import AirDrag
 from glue.scene.fields import show
-from glue.scene.model import AirDrag, Nozzle, Shots
+from glue.scene.model import Nozzle, Shots
 
 Problem = tuple[str, str]
 Media = tuple[Shots, ...]

@@ -11,8 +11,8 @@ from itertools import pairwise
 from pathlib import Path
 
 from glue.scene import schema
+from glue.scene.asked import Measured
 from glue.scene.fields import kind, quoted, show
-from glue.scene.model import Measured
 from glue.scene.table import Table
 
 _STRESS = (

@@ -12,8 +12,10 @@ import math
 from dataclasses import dataclass, field
 
 from glue.scene import sizes
-from glue.scene.asked import Machine, MachineCurve, MachineLaw, Measured, Specification  # noqa: F401 - their home
+from glue.scene.asked import Measured, Specification
+from glue.scene.effects import AirDrag, Gravity, StrainRate, Switch
 from glue.scene.laws import CombinedHardening, HardeningTable, JohnsonCook, Material  # noqa: F401 - the laws' home
+from glue.scene.presets import Accuracy
 
 
 @dataclass(frozen=True)
@@ -189,42 +191,6 @@ class Restitution:
 
 
 @dataclass(frozen=True)
-class Gravity:
-    acceleration_m_s2: float
-    direction: tuple[float, float, float] = (0.0, 0.0, -1.0)  # unit vector
-    auto: bool = False  # model it only where its regime number says that it matters
-
-    @property
-    def vector(self) -> tuple[float, float, float]:
-        return tuple(self.acceleration_m_s2 * c for c in self.direction)
-
-
-@dataclass(frozen=True)
-class AirDrag:
-    """Gas that slows the shots: drag of a sphere by Schiller-Naumann against gas blowing along the jet's axis."""
-
-    gas_density_kg_m3: float
-    gas_viscosity_Pa_s: float
-    gas_speed_m_s: float = 0.0  # along the axis of the first nozzle, everywhere
-    auto: bool = False
-
-
-@dataclass(frozen=True)
-class StrainRate:
-    """The target's flow stress rises with the rate of strain, and with ``thermal`` falls as plastic work heats it."""
-
-    thermal: bool = False
-    auto: bool = False  # model it only where its regime number says that it matters
-
-
-@dataclass(frozen=True)
-class Switch:
-    """Physics without numbers of its own: a block that is there, or "auto"."""
-
-    auto: bool = False
-
-
-@dataclass(frozen=True)
 class Friction:
     shot_target: float
     shot_shot: float
@@ -244,28 +210,6 @@ class Models:
     flow: Choice
     dimple: Choice
     target: Choice
-
-
-@dataclass(frozen=True)
-class Accuracy:
-    """A preset expanded to the numbers it stands for (see ``presets.py``), with those that the scene states itself in
-    their place: numerics only, never physics."""
-
-    preset: str
-    flow_tolerance: float  # error of mean normal energy and collided share that auto may accept of a flow model
-    flow_dt_over_P: float  # time step over the P-wave step of the smallest shot
-    flow_stiffness_scale: float  # Young's moduli of the contact flow over the materials' own
-    dimple_elements_per_radius: int  # a/h at the surface, a the expected dimple radius
-    dimple_steps_per_contact: float  # time steps per expected contact time
-    dimple_speeds: int  # solved, from the reference speed down; a faster one that a nozzle can shoot comes on top
-    cell_side_in_radii: float  # periodic cell side over dimple radius
-    cell_elements_per_side: int
-    cell_load_steps: int  # penetration steps of one impact
-    cell_force_tolerance: float  # out-of-balance forces over the contact force
-    coverage_points_per_radius: float  # raster points per dimple radius
-    stamp_points_per_radius: float
-    target_patches: int = 1  # of the window, solved one after another by the cell or the block
-    dimple_speed_ratio: float = 0.0  # the dimple lies between impacts at its powers, so that scenes share them; 0: its own impact
 
 
 @dataclass(frozen=True)

@@ -5,18 +5,9 @@ from __future__ import annotations
 import math
 
 from glue.scene import schema
+from glue.scene.effects import AirDrag, Gravity, StrainRate, Switch
 from glue.scene.fields import kind, show
-from glue.scene.model import (
-    AirDrag,
-    Friction,
-    Gravity,
-    JohnsonCook,
-    Material,
-    Restitution,
-    SpotHardening,
-    StrainRate,
-    Switch,
-)
+from glue.scene.model import Friction, JohnsonCook, Material, Restitution, SpotHardening
 from glue.scene.table import Table
 
 

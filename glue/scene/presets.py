@@ -2,11 +2,34 @@
 
 from __future__ import annotations
 
-from glue.scene.model import Accuracy
+from dataclasses import dataclass
 
 DEFAULT_PRESET = "balanced"
 CELL_DEPTH_IN_RADII = 6.0  # of the target cell, every preset: plastic strain of full coverage ends near 4
 PEENED_DEPTH_IN_RADII = 3.0  # a part thinner than this ends inside the peened layer (the target stage looks closer)
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """A preset expanded to the numbers it stands for (see ``PRESETS``), with those that the scene states itself in
+    their place: numerics only, never physics."""
+
+    preset: str
+    flow_tolerance: float  # error of mean normal energy and collided share that auto may accept of a flow model
+    flow_dt_over_P: float  # time step over the P-wave step of the smallest shot
+    flow_stiffness_scale: float  # Young's moduli of the contact flow over the materials' own
+    dimple_elements_per_radius: int  # a/h at the surface, a the expected dimple radius
+    dimple_steps_per_contact: float  # time steps per expected contact time
+    dimple_speeds: int  # solved, from the reference speed down; a faster one that a nozzle can shoot comes on top
+    cell_side_in_radii: float  # periodic cell side over dimple radius
+    cell_elements_per_side: int
+    cell_load_steps: int  # penetration steps of one impact
+    cell_force_tolerance: float  # out-of-balance forces over the contact force
+    coverage_points_per_radius: float  # raster points per dimple radius
+    stamp_points_per_radius: float
+    target_patches: int = 1  # of the window, solved one after another by the cell or the block
+    dimple_speed_ratio: float = 0.0  # the dimple lies between impacts at powers of it, which scenes share; 0: its own impact
+
 
 PRESETS: dict[str, Accuracy] = {
     accuracy.preset: accuracy

@@ -14,7 +14,7 @@ from glue.errors import InputError
 from glue.scene import consistency, schema
 from glue.scene.measured import read_measured
 from glue.scene.media import read_media
-from glue.scene.model import Accuracy, Choice, Models, Scene
+from glue.scene.model import Choice, Models, Scene
 from glue.scene.nozzles import feed_says, read_exposure, read_nozzles
 from glue.scene.physics import (
     read_air_drag,
@@ -25,7 +25,7 @@ from glue.scene.physics import (
     read_strain_rate,
     read_target_inertia,
 )
-from glue.scene.presets import PRESETS
+from glue.scene.presets import PRESETS, Accuracy
 from glue.scene.specification import INFERRED, PROVISIONAL_TIME_s, inferred_beside, read_specification
 from glue.scene.table import Log, Table
 from glue.scene.targets import read_target

@@ -15,8 +15,8 @@ from itertools import pairwise
 from pathlib import Path
 
 from glue.scene import schema
+from glue.scene.asked import Machine, MachineCurve, MachineLaw, Specification
 from glue.scene.fields import kind, quoted, show
-from glue.scene.model import Machine, MachineCurve, MachineLaw, Specification
 from glue.scene.table import Table
 from glue.scene.measured import beside
 from glue.theory.almen import STRIPS

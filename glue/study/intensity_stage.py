@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from glue.scene.model import Accuracy, Scene
+from glue.scene.model import Scene
+from glue.scene.presets import Accuracy
 from glue.study.dimple_stage import ready_kernels
 from glue.study.results import plain
 from glue.study.shot_stream import stream_of

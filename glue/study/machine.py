@@ -19,7 +19,7 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import t as student
 
 from glue.errors import InputError
-from glue.scene.model import Machine
+from glue.scene.asked import Machine
 from glue.scene.measured import beside
 from glue.study.measured import MeasuredCurve, read_curve
 from glue.surface.saturation import STATED, fit_saturation

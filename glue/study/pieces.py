@@ -11,8 +11,9 @@ from dataclasses import dataclass, replace
 from glue.flow.drag import drag_number
 from glue.flow.regime import BALLISTIC_BELOW, choose_flow, collision_number, gravity_number, overlap_number, resolve_physics
 from glue.scene.consistency import dimple_radii_m, estimated_dimple_radius_m
+from glue.scene.effects import AirDrag, Gravity
 from glue.scene.laws import CombinedHardening
-from glue.scene.model import AirDrag, Gravity, Scene
+from glue.scene.model import Scene
 from glue.scene.presets import PEENED_DEPTH_IN_RADII
 from glue.scene.schema import AIR_DRAG, GRAVITY
 from glue.study.reference import reference_impact

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from glue.scene.model import Accuracy
+from glue.scene.presets import Accuracy
 from glue.target.cell import run_cell
 from glue.target.dimple import solve_dimple
 from glue.target.driver import law_table

@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from glue.errors import NotConverged
-from glue.scene.model import Accuracy, Scene
-from glue.scene.presets import CELL_DEPTH_IN_RADII
+from glue.scene.model import Scene
+from glue.scene.presets import CELL_DEPTH_IN_RADII, Accuracy
 from glue.solvers import run_freefem
 from glue.target.dimple import Dimple
 from glue.target.driver import Parameter, kernel_flavour, law_table, write_driver

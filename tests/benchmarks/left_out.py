@@ -24,7 +24,8 @@ from glue.flow.impacts import normal_speed_m_s
 from glue.flow.regime import choose_flow, resolve_physics
 from glue.flow.restitution import RestitutionLaw
 from glue.flow.surface import from_scene
-from glue.scene.model import AirDrag, Choice, Gravity, Scene, StrainRate, Switch
+from glue.scene.effects import AirDrag, Gravity, StrainRate, Switch
+from glue.scene.model import Choice, Scene
 from glue.scene.reader import EXAMPLES, read_scene
 from glue.study.reference import reference_impact
 from glue.target import regime

@@ -34,7 +34,8 @@ from glue.flow.restitution import RestitutionLaw
 from glue.flow.surface import TargetSurface
 from glue.scene.catalogue import material, shot
 from glue.scene.consistency import estimated_dimple_radius_m
-from glue.scene.model import AirDrag, CombinedHardening, Friction, Gravity, HardeningTable
+from glue.scene.effects import AirDrag, Gravity
+from glue.scene.model import CombinedHardening, Friction, HardeningTable
 from glue.study import pieces
 from glue.target import regime
 from glue.target.dimple import zero_height_radius

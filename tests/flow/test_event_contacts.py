@@ -18,7 +18,7 @@ from glue.flow.event_driven import run_event
 from glue.flow.event_state import SHOT, empty_world
 from glue.flow.restitution import RestitutionLaw
 from glue.flow.surface import TargetSurface
-from glue.scene.model import AirDrag, Gravity
+from glue.scene.effects import AirDrag, Gravity
 
 PLANE = TargetSurface()
 LAW = RestitutionLaw(0.6)

@@ -17,7 +17,8 @@ from glue.flow.event_state import Grid, empty_world
 from glue.flow.impacts import COLUMNS, normal_speed_m_s
 from glue.flow.restitution import RestitutionLaw
 from glue.flow.surface import TargetSurface
-from glue.scene.model import Gravity, SpotHardening
+from glue.scene.effects import Gravity
+from glue.scene.model import SpotHardening
 
 PLANE = TargetSurface()
 LAW = RestitutionLaw(0.6)

@@ -8,7 +8,7 @@ from glue.flow.drag import acceleration, speed_after_flight, surroundings
 from glue.flow.event_driven import run_event
 from glue.flow.restitution import RestitutionLaw
 from glue.flow.surface import TargetSurface
-from glue.scene.model import AirDrag
+from glue.scene.effects import AirDrag
 
 PLANE, LAW = TargetSurface(), RestitutionLaw(0.6)
 AIR = AirDrag(1.2, 1.8e-5)

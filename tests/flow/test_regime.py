@@ -11,7 +11,8 @@ import pytest
 from glue.errors import InputError
 from glue.flow import regime
 from glue.flow.regime import choose_flow, collision_number, resolve_physics
-from glue.scene.model import AirDrag, Choice, Gravity, Models, Pulse
+from glue.scene.effects import AirDrag, Gravity
+from glue.scene.model import Choice, Models, Pulse
 from glue.scene.presets import PRESETS
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))

@@ -19,7 +19,8 @@ from glue.flow.log_checks import log_problems
 from glue.flow.restitution import RestitutionLaw
 from glue.flow.run import check_law, run_flow
 from glue.flow.surface import TargetSurface
-from glue.scene.model import Choice, Gravity, Models, SpotHardening, Surface
+from glue.scene.effects import Gravity
+from glue.scene.model import Choice, Models, SpotHardening, Surface
 
 LAW = RestitutionLaw(0.6, 60.0, 0.25)
 

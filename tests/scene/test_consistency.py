@@ -10,8 +10,9 @@ import pytest
 from glue.scene.catalogue import material, shot
 from glue.scene.consistency import estimated_dimple_radius_m, mixture_volume_fraction, volume_fraction
 from glue.scene.contact_checks import elastic_overlap, shot_overlap, steps_per_contact
+from glue.scene.effects import AirDrag
 from glue.scene.jet_checks import driven
-from glue.scene.model import AirDrag, Nozzle
+from glue.scene.model import Nozzle
 from glue.scene.reader import read_scene
 from glue.theory import hertz
 

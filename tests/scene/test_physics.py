@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from glue.scene.model import AirDrag, Friction, Gravity, SpotHardening, StrainRate, Switch
+from glue.scene.effects import AirDrag, Gravity, StrainRate, Switch
+from glue.scene.model import Friction, SpotHardening
 from glue.scene.reader import read_scene
 
 

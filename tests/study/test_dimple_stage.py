@@ -10,8 +10,8 @@ from flow_runs import dimple
 
 from glue.errors import InputError
 from glue.scene import catalogue
+from glue.scene.effects import StrainRate, Switch
 from glue.scene.laws import HardeningTable
-from glue.scene.model import StrainRate, Switch
 from glue.scene.reader import example_path, read_scene
 from glue.scene.presets import PRESETS
 from glue.study.choices import choices

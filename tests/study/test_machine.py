@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from glue.scene.model import Machine, MachineLaw
+from glue.scene.asked import Machine, MachineLaw
 from glue.study.machine import Calibrated, CurveSpeed, calibrate, curve_speed, power_law
 from glue.study.measured import MeasuredCurve
 from glue.target.strip import IntensityCurve, even_stream

@@ -13,8 +13,9 @@ from glue.flow.event_setup import physics_of
 from glue.flow.restitution import RestitutionLaw
 from glue.flow.surface import TargetSurface
 from glue.scene.catalogue import material
+from glue.scene.effects import AirDrag, Gravity, StrainRate, Switch
 from glue.scene.laws import CombinedHardening
-from glue.scene.model import AirDrag, Friction, Gravity, StrainRate, Switch
+from glue.scene.model import Friction
 from glue.scene.reader import EXAMPLES, example_path, read_scene
 from glue.study import pieces
 from glue.study.check import check

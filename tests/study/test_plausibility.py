@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from glue.scene.model import Specification
+from glue.scene.asked import Specification
 from glue.scene.reader import example_path, read_scene
 from glue.study.plausibility import roughness_warnings, stress_warnings
 

@@ -7,7 +7,8 @@ import dataclasses
 import pytest
 
 from glue.scene import catalogue
-from glue.scene.model import Friction, StrainRate, Switch
+from glue.scene.effects import StrainRate, Switch
+from glue.scene.model import Friction
 from glue.scene.reader import example_path, read_scene
 from glue.target import regime
 from glue.target.physics import ImpactPhysics

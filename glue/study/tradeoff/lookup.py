@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from glue.scene.model import Accuracy, Scene
-from glue.scene.presets import PRESETS
+from glue.scene.model import Scene
+from glue.scene.presets import PRESETS, Accuracy
 from glue.study.tradeoff.errors import bound
 
 # Numbers of each stage; +1: more is finer, -1: less is finer.

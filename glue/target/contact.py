@@ -22,25 +22,17 @@ from pathlib import Path
 import numpy as np
 
 from glue.atomic import atomic_path
-from glue.errors import InputError, NotConverged
+from glue.errors import InputError
 from glue.scene.laws import CombinedHardening, HardeningTable, JohnsonCook, Material
 from glue.solvers import run_freefem, versions
 from glue.target.block import Block, available_GB, make_block, refuse_too_large
 from glue.target.cache import cache_root, content_key, finished_key, is_finished, mark_finished
+from glue.target.contact_result import ContactResult, check, read_contact
 from glue.target.dimple import Dimple
 from glue.target.driver import LAW_COMMENT, Parameter, law_table, write_driver
-from glue.target.patch import Patch, choose_patch, contact_radii_m, refuse_outside, refuse_too_long, unresolved
+from glue.target.patch import Patch, choose_patch, contact_radii_m, refuse_outside, refuse_too_long
 from glue.target.progress import relay
-from glue.target.tables import read_table
 
-WORK_LIMIT = 0.01  # work of an impact over the shot's normal kinetic energy, minus 1
-# Work of the internal forces over energy spent and not returned, minus 1.  Both are parabolas along the path; what is out of
-# balance within the force tolerance has a sign and adds up: 1 % with 12 penetration steps (make bench-target).
-ACCOUNT_LIMIT = 0.04
-UNBALANCED_LIMIT = 0.01  # forces left in the unloaded block over the impact's peak force
-# Mean of the vertical stress over a layer of the block over the largest in-plane one, down to BALANCE_DEPTH dimple radii:
-# 0 in a free block; further down the clamped sides carry some of it.
-BALANCE_LIMIT, BALANCE_DEPTH = 0.05, 4.0
 MEMORY_LIMIT_GB = 3.0
 SECONDS_PER_IMPACT = 14.0  # 10 at small strain, 17 at finite (make bench-target)
 # Dimple areas over the patch's, up to which the block is solved at finite strain unless told.  Runs of 11 and 12 impacts on
@@ -71,34 +63,6 @@ class ContactNumerics:
     finite_strain: bool | None = None  # False: small, vertical forces on the undeformed surface; None: by the exposure
     rezone_below: float = 0.6  # det F at an element's vertex
     rezone_depth_in_radii: float = 3.0  # down to which a rezoned mesh follows the surface
-
-
-@dataclass(frozen=True)
-class ContactResult:
-    """Layer means over the measured square (n layers, top first), its surface, and what each impact did."""
-
-    depth_m: np.ndarray  # (n,) middle of each layer
-    sigma_xx_Pa: np.ndarray  # (n,)
-    sigma_yy_Pa: np.ndarray
-    sigma_xx_std_Pa: np.ndarray  # standard deviation over position, of blocks two grid spacings wide
-    sigma_yy_std_Pa: np.ndarray
-    peeq: np.ndarray
-    peeq_std: np.ndarray
-    balance_error: float  # see BALANCE_LIMIT
-    surface_x_m: np.ndarray  # (m,) nodes of the measured square where they lie now, origin in its middle
-    surface_y_m: np.ndarray
-    surface_z_m: np.ndarray
-    history: dict[str, np.ndarray]  # (impacts,) each: columns of impacts_done.csv
-    patch: Patch
-    measured_side_m: float
-    floor_m: float
-    impacts: int
-    finite_strain: bool
-    dofs: int
-    setup_s: float
-    wall_s: float
-    unresolved_impacts: int = 0  # whose dimples are finer than the mesh, see glue.target.patch.unresolved
-    unresolved_energy_share: float = 0.0
 
 
 def patch_side_m(dimple: Dimple, window_m: tuple[float, float], numerics: ContactNumerics) -> float:
@@ -153,12 +117,9 @@ def solve_contact(
     workdir.mkdir(parents=True, exist_ok=True)
     driver = workdir / "driver.edp"
     key = finished_key(text, _RUN_SOURCES) if resume else ""
-    faint = unresolved(patch, dimple, 1e-3 * block.spacing)
 
     def read(count: int) -> ContactResult:
-        energy = patch.energy_J[:count]
-        return replace(read_contact(workdir, block, patch, numerics, radius, count), unresolved_impacts=int(faint[:count].sum()),
-                       unresolved_energy_share=float(energy[faint[:count]].sum() / energy.sum()))  # fmt: skip
+        return read_contact(workdir, block, dimple, patch, numerics.margin_in_radii, numerics.finite_strain, count)
 
     if resume and is_finished(workdir, key):
         return [read(count) for count in counts]
@@ -234,71 +195,3 @@ def contact_driver(
                              reach_m * 1e3])  # fmt: skip
     return write_driver(f"Contact model of {name}", parameters, ["contact.edp"], loads.tolist(),
                         "impacts in order of time: x mm, y mm, normal kinetic energy mJ, shot radius mm, reach of the candidates mm")  # fmt: skip
-
-
-def read_contact(
-    workdir: Path, block: Block, patch: Patch, numerics: ContactNumerics, radius_mm: float, count: int
-) -> ContactResult:
-    """Read a finished run's tables after ``count`` impacts and reduce them to layer means over the square inside the margin."""
-    points, surface = read_table(workdir / f"points-{count}.csv"), read_table(workdir / f"surface-{count}.csv")
-    result = {k: v[0] for k, v in read_table(workdir / "result.csv").items()}
-    half = 0.5 * block.side - numerics.margin_in_radii * radius_mm
-    layers = len(block.thickness)
-    layer = np.clip(np.searchsorted(block.bounds, -points["z_mm"]) - 1, 0, layers - 1)
-    volume = points["volume_mm3"]
-
-    # Forces through each layer of the whole block, over those along it.
-    def total(values: np.ndarray) -> np.ndarray:
-        return np.bincount(layer, volume * values, minlength=layers) / block.thickness
-
-    vertical, along = total(points["s_zz"]), total(0.5 * (points["s_xx"] + points["s_yy"]))
-    inside = (abs(points["x_mm"]) < half) & (abs(points["y_mm"]) < half)
-    layer, volume = layer[inside], volume[inside]
-    inner = {name: values[inside] for name, values in points.items()}
-    weight = np.bincount(layer, volume, minlength=layers)
-    blocks = max(1, int(half / block.spacing))
-    place = [np.minimum((inner[axis] + half) * blocks // (2 * half), blocks - 1).astype(int) for axis in ("x_mm", "y_mm")]
-    column = (layer * blocks + place[0]) * blocks + place[1]
-    column_weight = np.bincount(column, volume, minlength=layers * blocks**2)
-
-    def mean(name: str) -> np.ndarray:
-        return np.bincount(layer, volume * inner[name], minlength=layers) / weight
-
-    def spread(name: str) -> np.ndarray:
-        sums = np.bincount(column, volume * inner[name], minlength=layers * blocks**2)
-        with np.errstate(invalid="ignore"):
-            return np.nanstd((sums / column_weight).reshape(layers, -1), axis=1)
-
-    x, y, z = (surface[f"{axis}_mm"] + surface[f"u_{axis}"] if axis != "z" else surface["u_z"] for axis in "xyz")
-    seen = (abs(x) < half) & (abs(y) < half)
-    shallow = block.bounds[:-1] < BALANCE_DEPTH * radius_mm
-    return ContactResult(
-        depth_m=0.5e-3 * (block.bounds[:-1] + block.bounds[1:]),
-        sigma_xx_Pa=mean("s_xx") * 1e6, sigma_yy_Pa=mean("s_yy") * 1e6,
-        sigma_xx_std_Pa=spread("s_xx") * 1e6, sigma_yy_std_Pa=spread("s_yy") * 1e6,
-        peeq=mean("peeq"), peeq_std=spread("peeq"),
-        balance_error=float(np.abs(vertical[shallow]).max() / np.abs(along).max()),
-        surface_x_m=x[seen] * 1e-3, surface_y_m=y[seen] * 1e-3, surface_z_m=z[seen] * 1e-3,
-        history={k: v[:count] for k, v in read_table(workdir / "impacts_done.csv").items()}, patch=patch, measured_side_m=2e-3 * half, floor_m=1e-3 * float(block.bounds[-1]),
-        impacts=count, finite_strain=numerics.finite_strain, dofs=int(result["dofs"]), setup_s=float(result["setup_s"]), wall_s=float(result["wall_s"]),
-    )  # fmt: skip
-
-
-def check(result: ContactResult, log: Path) -> None:
-    """Refuse a result whose energies or forces do not balance (NotConverged)."""
-    h, problems = result.history, []
-
-    def worst(what: str, off: np.ndarray, limit: float) -> None:
-        if not off.max() <= limit:
-            problems.append(f"impact {int(h['impact'][off.argmax()])}: {what} {off.max():.1%} (limit {limit:.0%})")
-
-    if len(h["impact"]) != result.impacts:
-        problems.append(f"{len(h['impact'])} of {result.impacts} impacts done")
-    worst("work off the shot's energy by", abs(h["work_mJ"] / h["energy_mJ"] - 1.0), WORK_LIMIT)
-    worst("work of the internal forces off by", abs(h["work_inside_mJ"] / (h["work_mJ"] - h["back_mJ"]) - 1.0), ACCOUNT_LIMIT)
-    worst("forces of the unloaded block over the peak force", h["unbalanced_N"] / h["peak_force_N"], UNBALANCED_LIMIT)
-    if not result.balance_error <= BALANCE_LIMIT:
-        problems.append(f"mean vertical stress is {result.balance_error:.1%} of the in-plane one (limit {BALANCE_LIMIT:.0%})")
-    if problems:
-        raise NotConverged("the contact model is not to be trusted", cause="; ".join(problems), log=log,
-                           advice="more elements per radius, or a tighter force tolerance")  # fmt: skip

@@ -14,16 +14,10 @@ from glue.errors import InputError, NotConverged
 from glue.scene.catalogue import material
 from glue.solvers import compile_freefem
 from glue.target.block import make_block, refuse_too_large
-from glue.target.contact import (
-    ContactNumerics,
-    ContactResult,
-    check,
-    contact_driver,
-    contact_radii_m,
-    solve_contact,
-)
+from glue.target.contact import ContactNumerics, contact_driver, solve_contact
+from glue.target.contact_result import ContactResult, check
 from glue.target.driver import law_table
-from glue.target.patch import Patch
+from glue.target.patch import Patch, contact_radii_m
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "contact.edp"
 AL2024 = material("al2024-t351")

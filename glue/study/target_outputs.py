@@ -8,7 +8,7 @@ import numpy as np
 
 from glue.atomic import atomic_path
 from glue.surface.roughness import areal
-from glue.target.cell import CellResult
+from glue.target.cell_result import CellResult
 from glue.target.contact_result import ContactResult
 from glue.target.fields import read_fields
 from glue.target.own_surface import own_surface

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,63 +20,22 @@ from glue.errors import NotConverged
 from glue.scene.model import Scene
 from glue.scene.presets import CELL_DEPTH_IN_RADII, Accuracy
 from glue.solvers import run_freefem
+from glue.target.cache import finished_key, is_finished, mark_finished
+from glue.target.cell_mesh import layer_count, layer_ratio
+from glue.target.cell_result import CellResult, check, read_cell
 from glue.target.dimple import Dimple
 from glue.target.driver import Parameter, kernel_flavour, law_table, write_driver
-from glue.target.cache import finished_key, is_finished, mark_finished
-from glue.target.patch import Patch, choose_patches, contact_radii_m, refuse_outside, refuse_too_long, unresolved
+from glue.target.patch import Patch, choose_patches, contact_radii_m, refuse_outside, refuse_too_long
 from glue.target.progress import relay
-from glue.target.tables import read_table
 
-LITERATURE_THRESHOLD = 0.027  # equivalent plastic strain that finite-element studies often count as covered
-NOMINAL_DEPTH_LIMIT = 0.3  # nominal dimple of this mesh against the representative one: +7 % balanced, +16 % at 300 m/s
-BALANCE_LIMIT = 0.05  # layer mean of the vertical stress (exactly 0) over the largest in-plane one
-# In-plane stress of the lowest layer over the largest: below 2 % as a rule; 30 % where a shot's force over the cell's area makes
-# its whole height yield (ten on one spot, or a cell of 2.6 radii).
-FLOOR_LIMIT = 0.1
 FINER_STEPS = 3  # a path that does not come out is tried once more with so many times the penetration steps
 
-_FIRST_LAYER_IN_RADII = 0.1
 _GAP_IN_RADII = 4.4e-4
 _MEAN_DILATATION = 0.9  # see freefem/plugin/block_forces.hpp
 _REACH = 1.9  # of the contact candidates, over the expected contact radius; grows by itself
 _MAX_ITERATIONS = 150
 _SECONDS = 0.7e-6  # per impact over unknowns^1.5, 2 steps: 0.73 s with 10 thousand, 1.4 with 14.6, 1.8 with 20.4
 _SOURCES = ("freefem/cell*.edp", "freefem/lib/*", "freefem/plugin/*")
-
-
-@dataclass(frozen=True)
-class CellResult:
-    """Layer means over the cell (n layers, top first) and the cell's own surface."""
-
-    depth_m: np.ndarray  # (n,) middle of each layer
-    sigma_xx_Pa: np.ndarray  # (n,)
-    sigma_yy_Pa: np.ndarray
-    sigma_xx_std_Pa: (
-        np.ndarray
-    )  # standard deviation over position inside the layer, of blocks an element wide
-    sigma_yy_std_Pa: np.ndarray
-    peeq: np.ndarray
-    peeq_std: np.ndarray
-    balance_error: float  # see BALANCE_LIMIT
-    coverage_peeq: float  # share of the top layer above edge_threshold; nan when one impact hardly yields the layer
-    coverage_peeq_027: float  # and above LITERATURE_THRESHOLD
-    edge_threshold: float  # plastic strain at the edge of the nominal dimple on this very mesh
-    nominal_depth_error: (
-        float  # depth of the nominal dimple on this mesh over the representative dimple's, minus 1
-    )
-    nominal_force_error: float
-    history: dict[str, np.ndarray]  # (impacts,) each: columns of impacts_done.csv
-    surface_x_m: np.ndarray  # (m,) nodes of the cell's surface
-    surface_y_m: np.ndarray
-    surface_z_m: np.ndarray
-    patch: Patch
-    side_m: float
-    floor_m: float  # depth of the cell
-    impacts: int
-    dofs: int
-    wall_s: float
-    unresolved_impacts: int = 0  # whose dimples are finer than the elements, see glue.target.patch.unresolved
-    unresolved_energy_share: float = 0.0
 
 
 def solve_cell(
@@ -149,38 +108,17 @@ def run_cell(
         run_freefem(driver, cwd=workdir, log=workdir / "freefem.log", status=workdir / "status", on_line=relay(progress))
     results = [read_cell(workdir, accuracy, dimple, patch, side_m, count) for count in counts]
     for result in results:
-        _check(result, workdir)
+        check(result, workdir / "freefem.log")
     if resume:
         mark_finished(workdir, key)
     return results
-
-
-def layer_bounds_mm(accuracy: Accuracy, radius_m: float) -> np.ndarray:
-    """Depths [mm] of the element layers' faces, (layers + 1,), 0 first; thickness grows geometrically."""
-    depth, layers = CELL_DEPTH_IN_RADII * radius_m * 1e3, _layers(accuracy)
-    ratio = _ratio(layers)
-    return depth * (ratio ** np.arange(layers + 1) - 1.0) / (ratio**layers - 1.0)
-
-
-def _layers(accuracy: Accuracy) -> int:
-    return accuracy.cell_elements_per_side + 1
-
-
-def _ratio(layers: int) -> float:
-    """Growth that makes the first layer _FIRST_LAYER_IN_RADII thick: bisection of s (q^n - 1)/(q - 1) = depth."""
-    lo, hi = 1.0 + 1e-9, 10.0
-    for _ in range(80):
-        q = 0.5 * (lo + hi)
-        total = _FIRST_LAYER_IN_RADII * (q**layers - 1.0) / (q - 1.0)
-        lo, hi = (q, hi) if total < CELL_DEPTH_IN_RADII else (lo, q)
-    return 0.5 * (lo + hi)
 
 
 def cell_driver(
     name: str, law: list[float], accuracy: Accuracy, dimple: Dimple, patch: Patch, side_m: float, snapshots: Sequence[int] = ()
 ) -> str:
     """Text of the FreeFEM driver of a cell; lengths in mm, energies in mJ, stresses in MPa."""
-    layers, radius = _layers(accuracy), dimple.radius_m * 1e3
+    layers, radius = layer_count(accuracy), dimple.radius_m * 1e3
     mass = dimple.density_kg_m3 * math.pi / 6.0 * dimple.diameter_m**3
     parameters = [
         Parameter("string", "outDir", ".", "folder of the results"),
@@ -190,7 +128,7 @@ def cell_driver(
         Parameter("real", "depth", CELL_DEPTH_IN_RADII * radius, "mm"),
         Parameter("int", "elements", accuracy.cell_elements_per_side, "per side"),
         Parameter("int", "layers", layers, "of elements"),
-        Parameter("real", "layerRatio", _ratio(layers), "thickness of a layer over that above it"),
+        Parameter("real", "layerRatio", layer_ratio(layers), "thickness of a layer over that above it"),
         Parameter("int", "loadSteps", accuracy.cell_load_steps, "penetration steps per impact"),
         Parameter("real", "forceTolerance", accuracy.cell_force_tolerance, "out-of-balance over contact force"),
         Parameter("real", "gapTolerance", _GAP_IN_RADII * radius, "mm"),
@@ -222,87 +160,3 @@ def cell_driver(
     loads.append(_REACH * contact_radii_m(patch, dimple) * 1e3)
     return write_driver(f"Target cell of {name}", parameters, ["cell.edp"], np.column_stack(loads).tolist(),
                         told + ", reach of the candidates mm")  # fmt: skip
-
-
-def read_cell(
-    workdir: Path, accuracy: Accuracy, dimple: Dimple, patch: Patch, side_m: float, count: int
-) -> CellResult:
-    """Read the tables of a finished cell after ``count`` impacts and reduce them to layer means."""
-    points, surface = read_table(workdir / f"points-{count}.csv"), read_table(workdir / f"surface-{count}.csv")
-    result = {k: v[0] for k, v in read_table(workdir / "result.csv").items()}
-    done = read_table(workdir / "impacts_done.csv")
-    nominal = {k: v[0] for k, v in done.items()}
-    bounds = layer_bounds_mm(accuracy, dimple.radius_m)
-    layer = np.clip(np.searchsorted(bounds, -points["z_mm"]) - 1, 0, len(bounds) - 2)
-    volume = np.bincount(layer, points["volume_mm3"])
-
-    def mean(values: np.ndarray) -> np.ndarray:
-        return np.bincount(layer, points["volume_mm3"] * values) / volume
-
-    # Scatter is that of means over blocks of six tetrahedra: inside one element plastic flow at constant volume lets
-    # the pressure oscillate from Gauss point to Gauss point (twice the scatter, no physics; layer means are free of it).
-    n, size = accuracy.cell_elements_per_side, side_m * 1e3 / accuracy.cell_elements_per_side
-    column = np.minimum(points["x_mm"] // size, n - 1) * n + np.minimum(points["y_mm"] // size, n - 1)
-    block = layer * n * n + column.astype(int)
-    block_volume = np.bincount(block, points["volume_mm3"])
-
-    def spread(values: np.ndarray) -> np.ndarray:
-        return (
-            (np.bincount(block, points["volume_mm3"] * values) / block_volume).reshape(-1, n * n).std(axis=1)
-        )
-
-    vertical, in_plane = mean(points["s_zz"]), mean(0.5 * (points["s_xx"] + points["s_yy"]))
-    top, fresh = read_table(workdir / "final_top.csv"), read_table(workdir / "nominal_top.csv")
-    threshold = edge_threshold(fresh["peeq"], fresh["volume_mm3"], math.pi * dimple.radius_m**2 / side_m**2)
-    faint = unresolved(patch, dimple, side_m / n)[:count]
-    return CellResult(
-        depth_m=0.5e-3 * (bounds[:-1] + bounds[1:]),
-        sigma_xx_Pa=mean(points["s_xx"]) * 1e6, sigma_yy_Pa=mean(points["s_yy"]) * 1e6,
-        sigma_xx_std_Pa=spread(points["s_xx"]) * 1e6, sigma_yy_std_Pa=spread(points["s_yy"]) * 1e6,
-        peeq=mean(points["peeq"]), peeq_std=spread(points["peeq"]),
-        balance_error=float(np.abs(vertical).max() / np.abs(in_plane).max()),
-        coverage_peeq=_share(top, threshold) if threshold > 0.0 else math.nan, coverage_peeq_027=_share(top, LITERATURE_THRESHOLD), edge_threshold=threshold,
-        nominal_depth_error=float(nominal["depth_mm"] * 1e-3 / dimple.depth_m - 1.0),
-        nominal_force_error=float(nominal["peak_force_N"] / dimple.peak_force_N - 1.0),
-        history={k: v[1 : count + 1] for k, v in done.items()},
-        surface_x_m=surface["x_mm"] * 1e-3, surface_y_m=surface["y_mm"] * 1e-3, surface_z_m=surface["u_z"] * 1e-3,
-        patch=patch, side_m=side_m, floor_m=1e-3 * bounds[-1], impacts=count, dofs=int(result["dofs"]), wall_s=float(result["wall_s"]),
-        unresolved_impacts=int(faint.sum()),
-        unresolved_energy_share=float(patch.energy_J[:count][faint].sum() / patch.energy_J[:count].sum()),
-    )  # fmt: skip
-
-
-def edge_threshold(peeq: np.ndarray, volume: np.ndarray, share: float) -> float:
-    """Plastic strain that is exceeded on ``share`` of the layer: after one impact, that at its dimple's edge.
-
-    The same mesh and the same kinematics then judge one impact and many alike.  0 when less than ``share`` yielded.
-    """
-    order = np.argsort(peeq)[::-1]
-    covered = np.cumsum(volume[order]) / volume.sum()
-    return float(np.interp(share, covered, peeq[order]))
-
-
-def _share(table: dict[str, np.ndarray], threshold: float) -> float:
-    return float(table["volume_mm3"][table["peeq"] >= threshold].sum() / table["volume_mm3"].sum())
-
-
-def _check(result: CellResult, workdir: Path) -> None:
-    problems = []
-    if not abs(result.nominal_depth_error) <= NOMINAL_DEPTH_LIMIT:
-        problems.append(
-            f"the nominal dimple comes out {result.nominal_depth_error:+.0%} deep against the representative one"
-            f" (limit {NOMINAL_DEPTH_LIMIT:.0%})"
-        )
-    if not result.balance_error <= BALANCE_LIMIT:
-        problems.append(
-            f"mean vertical stress is {result.balance_error:.1%} of the in-plane one (limit {BALANCE_LIMIT:.0%})"
-        )
-    mean = np.abs(0.5 * (result.sigma_xx_Pa + result.sigma_yy_Pa))
-    if not mean[-1] <= FLOOR_LIMIT * mean.max():
-        problems.append(
-            f"stress at the cell's floor is {mean[-1] / mean.max():.0%} of the largest (limit {FLOOR_LIMIT:.0%}): the plastic zone"
-            " reaches it"
-        )
-    if problems:
-        raise NotConverged("the target cell is not to be trusted", cause="; ".join(problems),
-                           log=workdir / "freefem.log", advice="a finer preset (--accuracy reference)")  # fmt: skip

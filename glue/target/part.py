@@ -14,7 +14,7 @@ FADED = 0.02  # of the largest in-plane stress: what may be left at a thin part'
 def part_profile(layers, thickness_m: float | None, initial_stress=(), material=None) -> dict[str, np.ndarray]:
     """Columns of the stress profile by name, each (rows,), depth rising.
 
-    layers: what a target model found, with the fields of ``glue.target.cell.CellResult`` down to peeq_std, and floor_m.
+    layers: what a target model found, with the fields of ``cell_result.CellResult`` down to peeq_std, and floor_m.
     No thickness: the layers as they are, a part too thick to stretch or bend.  With one: a plate peened
     on one side and free to do both; the profile then reaches from the surface (extrapolated) to the back, and its
     force and moment vanish.  The floor, where the stress has faded, is taken as stress-free before release; a part

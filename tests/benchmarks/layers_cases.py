@@ -24,7 +24,8 @@ from glue.atomic import atomic_path
 from glue.scene.catalogue import material
 from glue.scene.laws import CombinedHardening, Material
 from glue.scene.presets import PRESETS
-from glue.target.cell import layer_bounds_mm, run_cell
+from glue.target.cell import run_cell
+from glue.target.cell_mesh import layer_bounds_mm
 from glue.target.dimple import Dimple, tabulated, to_si
 from glue.target.driver import law_table
 from glue.target.patch import Patch

@@ -15,7 +15,8 @@ from glue.flow.impacts import COLUMNS
 from glue.scene.catalogue import material
 from glue.scene.presets import PRESETS
 from glue.solvers import repo_root
-from glue.target.cell import CellResult, run_cell
+from glue.target.cell import run_cell
+from glue.target.cell_result import CellResult
 from glue.target.contact import ContactNumerics, solve_contact
 from glue.target.dimple import Dimple, solve_dimple
 from glue.target.driver import law_table

@@ -13,7 +13,8 @@ from cells_surface import _log
 from judges import Finding, at_most, equal, near, rising, true
 
 from glue.scene.reader import example_path, read_scene
-from glue.target.cell import BALANCE_LIMIT, CellResult, solve_cell
+from glue.target.cell import solve_cell
+from glue.target.cell_result import BALANCE_LIMIT, CellResult
 from glue.target.dimple import solve_dimple
 
 SPEED, DIAMETER, STEEL = 60.0, 1e-3, 7800.0

@@ -7,7 +7,8 @@ import pytest
 
 from glue.errors import NotConverged, SolverFailed
 from glue.scene.presets import PRESETS
-from glue.target.cell import edge_threshold, layer_bounds_mm
+from glue.target.cell_mesh import layer_bounds_mm
+from glue.target.cell_result import edge_threshold
 from glue.target.tables import read_table
 
 

@@ -26,8 +26,8 @@ _STAGE_COMMANDS = {
 }
 
 _DESCRIPTION = """Shot peening in numbers: YADE (or a cheaper model that is as good for the scene) simulates
-the shot stream and logs every impact, FreeFEM solves what the impacts do to the target, and this command carries the data between them and turns it into
-coverage, residual stress and roughness.
+the shot stream and logs every impact, FreeFEM solves what the impacts do to the target, and this command
+carries the data between them and turns it into coverage, residual stress and roughness.
 
 A SCENE is a TOML file or the name of a shipped example (peen check with a wrong name lists them). A RUN is
 the directory that `peen run` makes; run again, it goes on from the last complete stage."""
@@ -47,7 +47,8 @@ _EXAMPLES = """examples:
   peen sweep coverage-lhs --dry-run              a parametric study: its runs, and what they would cost
   peen intensity --curve arcs.csv                Almen intensity of a measured saturation curve
   peen intensity al2024-s390 --strip A           the same of a strip in the scene's jet, simulated
-  peen design al2024-s390 --target 'coverage>=98%' --minimise Sa --vary nozzle.speed_m_s=20:100 --vary exposure_time_s=1:10
+  peen design al2024-s390 --target 'coverage>=98%' --minimise Sa \\
+      --vary nozzle.speed_m_s=20:100 --vary exposure_time_s=1:10
 
 exit codes: 0 done, 2 bad input, 3 a solver failed, 4 a solver did not converge, 130 stopped by Ctrl-C"""
 
@@ -130,8 +131,12 @@ def _parser() -> argparse.ArgumentParser:
     )
     accuracy(run)
     run.add_argument("--only", metavar="STAGE", nargs="+", default=[], help="these stages and what they need")
-    run.add_argument("--impacts", metavar="FILE", type=Path, help="an impact log from elsewhere (peen import), not the flow's own")
-    run.add_argument("--target-error", metavar="E", help="such as 5%%: the cheapest models and numbers whose measured error fits")
+    run.add_argument(
+        "--impacts", metavar="FILE", type=Path, help="an impact log from elsewhere (peen import), not the flow's own"
+    )
+    run.add_argument(
+        "--target-error", metavar="E", help="such as 5%%: the cheapest models and numbers whose measured error fits"
+    )
     run.add_argument("--budget", metavar="T", help="such as 60s or 5min: the most exact that fits")
 
     for name, help_text in _STAGE_COMMANDS.items():
@@ -173,7 +178,9 @@ def _run(args) -> int:
 
         content, told = chosen_scene(args.scene, args.target_error, args.budget, args.accuracy, args.only)
         print(told, file=sys.stderr, flush=True)
-    path = pipeline.run(args.scene, args.out, args.accuracy, args.only, Progress(), content=content, impacts=args.impacts)
+    path = pipeline.run(
+        args.scene, args.out, args.accuracy, args.only, Progress(), content=content, impacts=args.impacts
+    )
     return _show(path, args.json)
 
 

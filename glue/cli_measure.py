@@ -11,13 +11,15 @@ from glue.errors import InputError
 
 
 def add_commands(add, accuracy) -> None:
-    """Add the commands; ``add(name, does, help)`` makes a subparser, ``accuracy(sub)`` gives it --accuracy (``glue.cli``)."""
-    dimple = add("dimple", _dimple, "solve normal impacts of a rigid sphere on a flat target: one, or a library of speeds")
+    """Add the commands; ``add(name, does, help)`` makes a subparser, ``accuracy(sub)`` its option, see ``glue.cli``."""
+    dimple = add(
+        "dimple", _dimple, "solve normal impacts of a rigid sphere on a flat target: one, or a library of speeds"
+    )
     dimple.add_argument("--material", required=True, help="key of the catalogue, such as al2024-t351")
     wanted = dimple.add_mutually_exclusive_group(required=True)
     wanted.add_argument("--speed", type=float, metavar="M_S", help="normal speed [m/s] of one impact")
     wanted.add_argument("--speeds", metavar="FROM:TO", help="a library over these speeds [m/s], such as 1:120")
-    dimple.add_argument("--points", type=int, default=12, metavar="N", help="speeds of the library (default %(default)s)")
+    dimple.add_argument("--points", type=int, default=12, metavar="N", help="how many speeds (default %(default)s)")
     dimple.add_argument("--jobs", type=int, metavar="N", help="impacts solved at a time (default: one per core)")
     dimple.add_argument("--out", type=Path, metavar="FILE", help="write the library as JSON, too")
     dimple.add_argument(
@@ -26,21 +28,26 @@ def add_commands(add, accuracy) -> None:
     dimple.add_argument(
         "--shot", default="S390", metavar="GRADE", help="gives diameter and density (default %(default)s)"
     )
-    dimple.add_argument(
-        "--diameter", type=float, metavar="M", help="shot diameter [m] instead of the grade's"
-    )
+    dimple.add_argument("--diameter", type=float, metavar="M", help="shot diameter [m] instead of the grade's")
     accuracy(dimple)
 
-    tradeoff = add("tradeoff", _tradeoff, "measure what every choice costs and how far off it is: a scene, or four built-in ones")
+    tradeoff = add(
+        "tradeoff", _tradeoff, "measure what every choice costs and how far off it is: a scene, or four built-in ones"
+    )
     tradeoff.add_argument("scene", metavar="SCENE", nargs="?")
     tradeoff.add_argument("--out", metavar="DIR", type=Path, default=Path("build/tradeoff"), help="default %(default)s")
-    tradeoff.add_argument("--only", metavar="GROUP", nargs="+", default=[], help="these groups of rungs, such as dimple flow")
+    tradeoff.add_argument("--only", metavar="GROUP", nargs="+", default=[], help="these groups, such as dimple flow")
     tradeoff.add_argument("--jobs", type=int, metavar="N", default=1, help="runs at a time (default %(default)s)")
     tradeoff.add_argument("--quick", action="store_true", help="two cheap groups: what chance and the raster do")
 
-    almen = add("intensity", _intensity, "Almen intensity from a saturation curve: a measured one, or a strip in a scene's jet")
+    almen = add(
+        "intensity", _intensity, "Almen intensity from a saturation curve: a measured one, or a strip in a scene's jet"
+    )
     almen.add_argument("scene", metavar="SCENE", nargs="?")
-    almen.add_argument("--curve", metavar="FILE.csv", type=Path, help="measured: exposure_min|_s|_passes, arc_height_in|_mm|_m; with SCENE: beside it")
+    almen.add_argument(
+        "--curve", metavar="FILE.csv", type=Path,
+        help="measured: exposure_min|_s|_passes, arc_height_in|_mm|_m; with SCENE: beside it",
+    )  # fmt: skip
     almen.add_argument("--strip", metavar="N|A|C", help="Almen strip (default: the scene's intensity's, else A)")
     almen.add_argument("--target", metavar="MODEL", default="layers", help="layers (milliseconds) or cell (minutes)")
     almen.add_argument("--figure", metavar="FILE.png", type=Path, help="draw the saturation curve")
@@ -62,7 +69,9 @@ def _dimple(args) -> int:
                 print(f"{key:<20} {value:.6g}" if isinstance(value, float) else f"{key:<20} {value}")
         return 0
     if args.diameter is not None:
-        raise InputError("--diameter: a library is in units of the shot and serves every diameter; allowed with --speed")
+        raise InputError(
+            "--diameter: a library is in units of the shot and serves every diameter; allowed with --speed"
+        )
     library = single.dimple_library(
         args.material, args.speeds, args.points, args.shot, args.accuracy, args.jobs, args.out, Progress()
     )

@@ -164,8 +164,9 @@ class Target:
     window_m: tuple[float, float]  # size in x and y, centred on the origin
     thickness_m: float | None = None  # of a free plate; None: too thick to stretch or bend
     surface: Surface = Surface()
-    initial_stress: tuple[tuple[float, float], ...] = ()  # (depth [m], in-plane stress [Pa]) before peening, depth rising
-    initial_roughness: tuple[float, float] | None = None  # (Sa, wavelength) [m] before peening
+    # Before peening: (depth [m], in-plane stress [Pa]) with depth rising, and (Sa, wavelength) [m].
+    initial_stress: tuple[tuple[float, float], ...] = ()
+    initial_roughness: tuple[float, float] | None = None
 
     @property
     def window_area_m2(self) -> float:
@@ -232,8 +233,9 @@ class Scene:
     elastic_shot: Switch | None = None
     measured: Measured | None = None
     specification: Specification | None = None
-    inferred: tuple[str, ...] = field(default=(), compare=False)  # what followed from it, with uncertainty, for printing
-    defaults_used: tuple[str, ...] = field(default=(), compare=False)  # "key = value (source)" for printing
+    # For printing: what followed from the specification, with uncertainty, and "key = value (source)" of each default.
+    inferred: tuple[str, ...] = field(default=(), compare=False)
+    defaults_used: tuple[str, ...] = field(default=(), compare=False)
 
     @property
     def shots(self) -> Shots:

@@ -28,7 +28,7 @@ class Accuracy:
     coverage_points_per_radius: float  # raster points per dimple radius
     stamp_points_per_radius: float
     target_patches: int = 1  # of the window, solved one after another by the cell or the block
-    dimple_speed_ratio: float = 0.0  # the dimple lies between impacts at powers of it, which scenes share; 0: its own impact
+    dimple_speed_ratio: float = 0.0  # the dimple lies between impacts at its powers, which scenes share; 0: own impact
 
 
 PRESETS: dict[str, Accuracy] = {

@@ -43,7 +43,7 @@ def default_out(scene: Scene, impacts: Path | None = None) -> Path:
 
 
 def _resolved(scene: Scene, impacts: Path | None) -> dict:
-    """The inputs: the scene in SI units, and what the log from elsewhere is (``impacts``: where; None or absent: none)."""
+    """The inputs: the scene in SI units, and which impact log from elsewhere (``impacts``: None or absent: none)."""
     brought = {} if impacts is None or not impacts.exists() else {"imported_impacts_sha256": sha256_of(impacts)}
     return resolved_dict(scene) | brought
 
@@ -70,7 +70,8 @@ def run(
     stages = _default_stages() if stages is None else stages
     wanted = with_needs(only or [s.name for s in stages], stages)
     scene_file = find_scene(scene_argument)
-    content = read_bytes(scene_file) if content is None else content  # once: what is checked is what is run, and a pipe gives it only once
+    if content is None:
+        content = read_bytes(scene_file)  # once: what is checked is what is run, and a pipe gives it only once
     scene, beside = read_specified(scene_file, preset=preset, content=content, progress=progress)
     brought = {} if impacts is None else {IMPORTED: content_of(impacts)}
     path = out or default_out(scene, impacts)
@@ -112,7 +113,8 @@ def is_done(path: Path, only: Sequence[str], stages: Sequence[Stage] | None = No
     try:
         with RunDirectory.open(path) as folder:
             scene = read_scene(folder.scene_file, preset=folder.manifest["preset_argument"])
-            return all(folder.is_current(s.name, digest(stage_inputs(folder, scene, s))) for s in with_needs(only, stages))
+            wanted = with_needs(only, stages)
+            return all(folder.is_current(s.name, digest(stage_inputs(folder, scene, s))) for s in wanted)
     except (InputError, KeyError):
         return False
 

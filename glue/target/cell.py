@@ -2,9 +2,9 @@
 
 Only exposure matters for an evenly peened surface, so a cell of a few dimple radii stands for the part.  Where
 impacts overlap, plain power-law hardening never levels off; the material's bounded combined law is used.
-Small strain, vertical frictionless contact; the part is taken as infinitely thick (clamped sideways).  At finite strain
-a mesh this coarse tangles where spheres flatten the ridges between dents (measured: after 6-11 impacts at 6-8 elements a
-side, any bounded law); vertical contact forces on the undeformed surface are within a few per cent of it.
+Small strain, vertical frictionless contact; the part is taken as infinitely thick (clamped sideways).  At finite
+strain a mesh this coarse tangles where spheres flatten the ridges between dents (measured: after 6-11 impacts at 6-8
+elements a side, any bounded law); vertical contact forces on the undeformed surface are within a few per cent of it.
 """
 
 from __future__ import annotations
@@ -63,7 +63,10 @@ def solve_patch(
     scene: Scene, dimple: Dimple, patch: Patch, workdir: Path, progress: Callable[[float, str], None] | None = None,
     *, resume: bool = False,
 ) -> CellResult:  # fmt: skip
-    """As ``solve_cell`` for a patch chosen before; resume: a run that ended well in ``workdir`` with the same inputs is read."""
+    """As ``solve_cell`` for a patch chosen before.
+
+    resume: a run that ended well in ``workdir`` with the same inputs is read.
+    """
     material, accuracy = scene.target.material, scene.accuracy
     law = law_table(material.E_Pa, material.nu, material.combined)
     side = _side_m(accuracy, dimple)
@@ -101,22 +104,24 @@ def run_cell(
     refuse_too_long(len(patch.x_m), seconds_per_impact(accuracy), "target = cell")
     counts = sorted({*snapshots, len(patch.x_m)})
     workdir.mkdir(parents=True, exist_ok=True)
-    driver, text = workdir / "driver.edp", cell_driver(name, law, accuracy, dimple, patch, side_m, counts)
+    driver, log = workdir / "driver.edp", workdir / "freefem.log"
+    text = cell_driver(name, law, accuracy, dimple, patch, side_m, counts)
     key = finished_key(text, _SOURCES) if resume else ""
     if not (resume and is_finished(workdir, key)):
         driver.write_text(text)
-        run_freefem(driver, cwd=workdir, log=workdir / "freefem.log", status=workdir / "status", on_line=relay(progress))
+        run_freefem(driver, cwd=workdir, log=log, status=workdir / "status", on_line=relay(progress))
     results = [read_cell(workdir, accuracy, dimple, patch, side_m, count) for count in counts]
     for result in results:
-        check(result, workdir / "freefem.log")
+        check(result, log)
     if resume:
         mark_finished(workdir, key)
     return results
 
 
 def cell_driver(
-    name: str, law: list[float], accuracy: Accuracy, dimple: Dimple, patch: Patch, side_m: float, snapshots: Sequence[int] = ()
-) -> str:
+    name: str, law: list[float], accuracy: Accuracy, dimple: Dimple, patch: Patch, side_m: float,
+    snapshots: Sequence[int] = (),
+) -> str:  # fmt: skip
     """Text of the FreeFEM driver of a cell; lengths in mm, energies in mJ, stresses in MPa."""
     layers, radius = layer_count(accuracy), dimple.radius_m * 1e3
     mass = dimple.density_kg_m3 * math.pi / 6.0 * dimple.diameter_m**3
@@ -145,7 +150,8 @@ def cell_driver(
         ]
         return write_driver(f"Target cell of {name}", parameters, ["points_small_script.idp", "cell_small.edp"],
                             np.column_stack(loads).tolist(), told)  # fmt: skip
-    reach = _REACH * radius
+    slope, reach = dimple.peak_force_N**2 / (2 * energy) / shot, _REACH * radius
+    written = [int(n) for n in (snapshots or [len(patch.x_m)])]
     parameters += [
         Parameter("int", "finiteStrain", 0, "a mesh this coarse tangles at finite strain where impacts overlap"),
         Parameter("real", "meanDilatation", _MEAN_DILATATION, "share of the pressure taken as the element's mean"),
@@ -153,9 +159,10 @@ def cell_driver(
         Parameter("real", "stepBend", 1.25, "above 1: short steps first"),
         Parameter("int", "releaseSteps", 1, "no restitution"),
         Parameter("int", "andersonDepth", 10, "iterates combined"),
-        Parameter("real", "nominalSlope", dimple.peak_force_N**2 / (2 * energy) / shot, "N/mm2, expected force over penetration and shot radius"),
-        Parameter("real[int]", "nominal", [energy, shot, reach], "the representative impact: mJ, shot radius mm, reach mm"),
-        Parameter("int[int]", "snapshots", [int(n) for n in (snapshots or [len(patch.x_m)])], "written after so many impacts"),
+        Parameter("real", "nominalSlope", slope, "N/mm2, expected force over penetration and shot radius"),
+        Parameter("real[int]", "nominal", [energy, shot, reach],
+                  "the representative impact: mJ, shot radius mm, reach mm"),
+        Parameter("int[int]", "snapshots", written, "written after so many impacts"),
     ]  # fmt: skip
     loads.append(_REACH * contact_radii_m(patch, dimple) * 1e3)
     return write_driver(f"Target cell of {name}", parameters, ["cell.edp"], np.column_stack(loads).tolist(),

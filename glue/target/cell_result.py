@@ -1,4 +1,4 @@
-"""What a solved cell tells: its tables as layer means, its coverage by plastic strain, and whether they are to be trusted."""
+"""What a solved cell tells: layer means and coverage by plastic strain from its tables, and whether to trust them."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from glue.target.tables import read_table
 LITERATURE_THRESHOLD = 0.027  # equivalent plastic strain that finite-element studies often count as covered
 NOMINAL_DEPTH_LIMIT = 0.3  # nominal dimple of this mesh against the representative one: +7 % balanced, +16 % at 300 m/s
 BALANCE_LIMIT = 0.05  # layer mean of the vertical stress (exactly 0) over the largest in-plane one
-# In-plane stress of the lowest layer over the largest: below 2 % as a rule; 30 % where a shot's force over the cell's area makes
-# its whole height yield (ten on one spot, or a cell of 2.6 radii).
+# In-plane stress of the lowest layer over the largest: below 2 % as a rule; 30 % where a shot's force over the cell's
+# area makes its whole height yield (ten on one spot, or a cell of 2.6 radii).
 FLOOR_LIMIT = 0.1
 
 
@@ -30,9 +30,7 @@ class CellResult:
     depth_m: np.ndarray  # (n,) middle of each layer
     sigma_xx_Pa: np.ndarray  # (n,)
     sigma_yy_Pa: np.ndarray
-    sigma_xx_std_Pa: (
-        np.ndarray
-    )  # standard deviation over position inside the layer, of blocks an element wide
+    sigma_xx_std_Pa: np.ndarray  # standard deviation over position inside the layer, of blocks an element wide
     sigma_yy_std_Pa: np.ndarray
     peeq: np.ndarray
     peeq_std: np.ndarray
@@ -40,9 +38,7 @@ class CellResult:
     coverage_peeq: float  # share of the top layer above edge_threshold; nan when one impact hardly yields the layer
     coverage_peeq_027: float  # and above LITERATURE_THRESHOLD
     edge_threshold: float  # plastic strain at the edge of the nominal dimple on this very mesh
-    nominal_depth_error: (
-        float  # depth of the nominal dimple on this mesh over the representative dimple's, minus 1
-    )
+    nominal_depth_error: float  # depth of the nominal dimple on this mesh over the representative dimple's, minus 1
     nominal_force_error: float
     history: dict[str, np.ndarray]  # (impacts,) each: columns of impacts_done.csv
     surface_x_m: np.ndarray  # (m,) nodes of the cell's surface
@@ -74,7 +70,7 @@ def read_cell(
         return np.bincount(layer, points["volume_mm3"] * values) / volume
 
     # Scatter is that of means over blocks of six tetrahedra: inside one element plastic flow at constant volume lets
-    # the pressure oscillate from Gauss point to Gauss point (twice the scatter, no physics; layer means are free of it).
+    # the pressure oscillate from Gauss point to Gauss point (twice the scatter, no physics; layer means have none).
     n, size = accuracy.cell_elements_per_side, side_m * 1e3 / accuracy.cell_elements_per_side
     column = np.minimum(points["x_mm"] // size, n - 1) * n + np.minimum(points["y_mm"] // size, n - 1)
     block = layer * n * n + column.astype(int)
@@ -95,12 +91,14 @@ def read_cell(
         sigma_xx_std_Pa=spread(points["s_xx"]) * 1e6, sigma_yy_std_Pa=spread(points["s_yy"]) * 1e6,
         peeq=mean(points["peeq"]), peeq_std=spread(points["peeq"]),
         balance_error=float(np.abs(vertical).max() / np.abs(in_plane).max()),
-        coverage_peeq=_share(top, threshold) if threshold > 0.0 else math.nan, coverage_peeq_027=_share(top, LITERATURE_THRESHOLD), edge_threshold=threshold,
+        coverage_peeq=_share(top, threshold) if threshold > 0.0 else math.nan,
+        coverage_peeq_027=_share(top, LITERATURE_THRESHOLD), edge_threshold=threshold,
         nominal_depth_error=float(nominal["depth_mm"] * 1e-3 / dimple.depth_m - 1.0),
         nominal_force_error=float(nominal["peak_force_N"] / dimple.peak_force_N - 1.0),
         history={k: v[1 : count + 1] for k, v in done.items()},
         surface_x_m=surface["x_mm"] * 1e-3, surface_y_m=surface["y_mm"] * 1e-3, surface_z_m=surface["u_z"] * 1e-3,
-        patch=patch, side_m=side_m, floor_m=1e-3 * bounds[-1], impacts=count, dofs=int(result["dofs"]), wall_s=float(result["wall_s"]),
+        patch=patch, side_m=side_m, floor_m=1e-3 * bounds[-1], impacts=count,
+        dofs=int(result["dofs"]), wall_s=float(result["wall_s"]),
         unresolved_impacts=int(faint.sum()),
         unresolved_energy_share=float(patch.energy_J[:count][faint].sum() / patch.energy_J[:count].sum()),
     )  # fmt: skip
@@ -135,8 +133,8 @@ def check(result: CellResult, log: Path) -> None:
     mean = np.abs(0.5 * (result.sigma_xx_Pa + result.sigma_yy_Pa))
     if not mean[-1] <= FLOOR_LIMIT * mean.max():
         problems.append(
-            f"stress at the cell's floor is {mean[-1] / mean.max():.0%} of the largest (limit {FLOOR_LIMIT:.0%}): the plastic zone"
-            " reaches it"
+            f"stress at the cell's floor is {mean[-1] / mean.max():.0%} of the largest (limit {FLOOR_LIMIT:.0%}):"
+            " the plastic zone reaches it"
         )
     if problems:
         raise NotConverged("the target cell is not to be trusted", cause="; ".join(problems), log=log,

@@ -6,10 +6,10 @@ impact that matters is missing.  Where impacts overlap, plain power-law hardenin
 bounded combined law is used, its backstresses turned with the material.
 
 Finite strain up to an exposure of FINITE_STRAIN_EXPOSURE.  Beyond, spheres flatten the ridges between dents again and
-again, and with a bounded law the elements there shear until they turn inside out.  The mesh lets go of the material before
-they do (``freefem/plugin/block_rezone.hpp``), but needs to after ever fewer steps, and three times the iterations; so many
-impacts are solved at small strain, their forces vertical on the undeformed surface.  ``make bench-target`` prints what
-that changes where both can be solved.
+again, and with a bounded law the elements there shear until they turn inside out.  The mesh lets go of the material
+before they do (``freefem/plugin/block_rezone.hpp``), but needs to after ever fewer steps, and three times the
+iterations; so many impacts are solved at small strain, their forces vertical on the undeformed surface.  ``make
+bench-target`` prints what that changes where both can be solved.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ from glue.target.progress import relay
 
 MEMORY_LIMIT_GB = 3.0
 SECONDS_PER_IMPACT = 14.0  # 10 at small strain, 17 at finite (make bench-target)
-# Dimple areas over the patch's, up to which the block is solved at finite strain unless told.  Runs of 11 and 12 impacts on
-# 1.56 mm2 (1.2) went well, one stopped after 12 of 15 (1.25): make bench-target.
+# Dimple areas over the patch's, up to which the block is solved at finite strain unless told.  Runs of 11 and 12
+# impacts on 1.56 mm2 (1.2) went well, one stopped after 12 of 15 (1.25): make bench-target.
 FINITE_STRAIN_EXPOSURE = 1.0
 
 _RUN_SOURCES = ("freefem/contact.edp", "freefem/lib/*", "freefem/plugin/*")
-_SOURCES = ("freefem/lib/mesh_block.idp", "freefem/lib/solid_block.idp", "freefem/lib/contact_block.idp", "freefem/plugin/*")
+_SOURCES = (*(f"freefem/lib/{name}_block.idp" for name in ("mesh", "solid", "contact")), "freefem/plugin/*")
 
 
 @dataclass(frozen=True)
@@ -66,13 +66,17 @@ class ContactNumerics:
 
 
 def patch_side_m(dimple: Dimple, window_m: tuple[float, float], numerics: ContactNumerics) -> float:
-    """Side [m] of the patch whose impacts are solved, shrunk to the window; InputError where nothing is left to measure."""
+    """Side [m] of the patch whose impacts are solved, shrunk to the window.
+
+    Raises InputError where nothing is left to measure.
+    """
     side = min(numerics.side_in_radii * dimple.radius_m, *window_m)
-    if side <= (2 * numerics.margin_in_radii + 1.0) * dimple.radius_m:
+    least = (2 * numerics.margin_in_radii + 1.0) * dimple.radius_m
+    if side <= least:
         raise InputError(
-            f"target.window_m: a patch of {side:.3g} m leaves no square inside its margins of {numerics.margin_in_radii:g} "
-            f"dimple radii ({dimple.radius_m:.3g} m) to measure; allowed: windows above "
-            f"{(2 * numerics.margin_in_radii + 1.0) * dimple.radius_m:.3g} m"
+            f"target.window_m: a patch of {side:.3g} m leaves no square inside its margins of "
+            f"{numerics.margin_in_radii:g} dimple radii ({dimple.radius_m:.3g} m) to measure; allowed: windows above "
+            f"{least:.3g} m"
         )
     return side
 
@@ -96,10 +100,11 @@ def solve_contact(
     """Residual stress and surface under the logged ``impacts`` of one patch of the window (shrunk to the window), after
     each of ``snapshots`` impacts (rising; those beyond the patch's impacts are left out) and after all of them.
 
-    law: the material's combined one when None.  patch: one of side ``patch_side_m`` chosen before.  resume: tables that a
-    run of the same inputs finished in ``workdir`` are read, nothing is run.  Writes driver, log, tables and a checkpoint into
-    ``workdir``; a run that was stopped goes on after its last whole impact when called again with the same inputs.
-    Raises InputError (window or memory too small, no impact, one outside the patch, too many), SolverFailed, NotConverged.
+    law: the material's combined one when None.  patch: one of side ``patch_side_m`` chosen before.  resume: tables
+    that a run of the same inputs finished in ``workdir`` are read, nothing is run.  Writes driver, log, tables and a
+    checkpoint into ``workdir``; a run that was stopped goes on after its last whole impact when called again with the
+    same inputs.  Raises InputError (window or memory too small, no impact, one outside the patch, too many),
+    SolverFailed, NotConverged.
     """
     side = patch_side_m(dimple, window_m, numerics)
     patch = choose_patch(impacts, dimple, window_m, side) if patch is None else patch
@@ -155,19 +160,22 @@ def _shared_compliance(block: Block, numerics: ContactNumerics, nu: float) -> Pa
 
 
 def contact_driver(
-    name: str, law: list[float], numerics: ContactNumerics, dimple: Dimple, block: Block, patch: Patch, reach_m: np.ndarray,
-    snapshots: Sequence[int] = (),
+    name: str, law: list[float], numerics: ContactNumerics, dimple: Dimple, block: Block, patch: Patch,
+    reach_m: np.ndarray, snapshots: Sequence[int] = (),
 ) -> str:  # fmt: skip
     """Text of the FreeFEM driver; lengths in mm, energies in mJ, stresses in MPa; the patch's middle is the origin."""
-    half, radius = 0.5 * block.side, dimple.radius_m * 1e3
+    n, half, radius = numerics, 0.5 * block.side, dimple.radius_m * 1e3
     box = [-block.contact_half, block.contact_half] * 2
     mass = dimple.density_kg_m3 * np.pi / 6.0 * dimple.diameter_m**3
     slope = dimple.peak_force_N**2 / (mass * dimple.speed_m_s**2 * 1e3) / (0.5e3 * dimple.diameter_m)
+    strips = max(1, round(block.contact_half / block.spacing))
+    written = [int(k) for k in snapshots] or [len(patch.x_m)]
     parameters = [
         Parameter("string", "outDir", ".", "folder of the results"),
         Parameter("string", "statusFile", "status", "written last"),
         Parameter("string", "checkpointFile", "checkpoint", "the state after the last impact; empty: none"),
-        Parameter("string", "complianceFile", "compliance.bin", "of the contact nodes, made when missing; empty: not kept"),
+        Parameter("string", "complianceFile", "compliance.bin",
+                  "of the contact nodes, made when missing; empty: not kept"),
         Parameter("real[int]", "law", law, LAW_COMMENT),
         Parameter("real[int]", "columnX", block.columns.tolist(), "mm, grid lines of the top"),
         Parameter("real[int]", "columnY", block.columns.tolist(), "mm"),
@@ -175,23 +183,25 @@ def contact_driver(
         Parameter("int[int]", "layerKind", block.coarser.tolist(), "1: below, the grid is twice as coarse"),
         Parameter("real[int]", "contactBox", box, "mm, x and y of the nodes that may be touched"),
         Parameter("real", "contactRim", block.spacing, "mm, nearer to the box's edge no contact is believed"),
-        Parameter("int", "contactStrips", max(1, round(2 * block.contact_half / (2 * block.spacing))), "of the compliance's columns"),
-        Parameter("int", "finiteStrain", int(numerics.finite_strain), "0: small, vertical forces on the undeformed surface"),
-        Parameter("real", "rezoneBelow", numerics.rezone_below, "smallest det F: the mesh lets go of the material below it"),
-        Parameter("real", "rezoneDepth", numerics.rezone_depth_in_radii * radius, "mm, down to which a rezoned mesh follows the surface"),
-        Parameter("real", "meanDilatation", numerics.mean_dilatation, "share of the pressure taken as the element's mean"),
-        Parameter("real", "zoneFactor", numerics.zone_over_candidates, "of the reach: where an impact's steps look for yielding first"),
-        Parameter("int", "loadSteps", numerics.load_steps, "penetration steps per impact"),
-        Parameter("real", "stepBend", numerics.step_bend, "above 1: short steps first"),
-        Parameter("int", "releaseSteps", numerics.release_steps, "1: no restitution"),
-        Parameter("int", "andersonDepth", numerics.anderson_depth, "iterates combined"),
-        Parameter("real", "forceTolerance", numerics.force_tolerance, "out-of-balance over contact force"),
-        Parameter("real", "gapTolerance", numerics.gap_in_radii * dimple.radius_m * 1e3, "mm"),
-        Parameter("int", "maxIterations", numerics.max_iterations, "per step"),
-        Parameter("int[int]", "snapshots", [int(k) for k in snapshots] or [len(patch.x_m)], "written after so many impacts"),
+        Parameter("int", "contactStrips", strips, "of the compliance's columns"),
+        Parameter("int", "finiteStrain", int(n.finite_strain), "0: small, vertical forces on the undeformed surface"),
+        Parameter("real", "rezoneBelow", n.rezone_below, "smallest det F: the mesh lets go of the material below it"),
+        Parameter("real", "rezoneDepth", n.rezone_depth_in_radii * radius,
+                  "mm, down to which a rezoned mesh follows the surface"),
+        Parameter("real", "meanDilatation", n.mean_dilatation, "share of the pressure taken as the element's mean"),
+        Parameter("real", "zoneFactor", n.zone_over_candidates,
+                  "of the reach: where an impact's steps look for yielding first"),
+        Parameter("int", "loadSteps", n.load_steps, "penetration steps per impact"),
+        Parameter("real", "stepBend", n.step_bend, "above 1: short steps first"),
+        Parameter("int", "releaseSteps", n.release_steps, "1: no restitution"),
+        Parameter("int", "andersonDepth", n.anderson_depth, "iterates combined"),
+        Parameter("real", "forceTolerance", n.force_tolerance, "out-of-balance over contact force"),
+        Parameter("real", "gapTolerance", n.gap_in_radii * dimple.radius_m * 1e3, "mm"),
+        Parameter("int", "maxIterations", n.max_iterations, "per step"),
+        Parameter("int[int]", "snapshots", written, "written after so many impacts"),
         Parameter("real", "slopeOverRadius", float(slope), "N/mm2, expected force over penetration and shot radius"),
     ]  # fmt: skip
     loads = np.column_stack([patch.x_m * 1e3 - half, patch.y_m * 1e3 - half, patch.energy_J * 1e3, patch.radius_m * 1e3,
                              reach_m * 1e3])  # fmt: skip
-    return write_driver(f"Contact model of {name}", parameters, ["contact.edp"], loads.tolist(),
-                        "impacts in order of time: x mm, y mm, normal kinetic energy mJ, shot radius mm, reach of the candidates mm")  # fmt: skip
+    told = "impacts in order of time: x mm, y mm, normal kinetic energy mJ, shot radius mm, reach of the candidates mm"
+    return write_driver(f"Contact model of {name}", parameters, ["contact.edp"], loads.tolist(), told)

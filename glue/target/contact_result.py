@@ -1,4 +1,4 @@
-"""What a solved block tells: its tables as layer means over the measured square, and whether they are to be trusted."""
+"""What a solved block tells: layer means over the measured square from its tables, and whether to trust them."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from glue.target.patch import Patch, unresolved
 from glue.target.tables import read_table
 
 WORK_LIMIT = 0.01  # work of an impact over the shot's normal kinetic energy, minus 1
-# Work of the internal forces over energy spent and not returned, minus 1.  Both are parabolas along the path; what is out of
-# balance within the force tolerance has a sign and adds up: 1 % with 12 penetration steps (make bench-target).
+# Work of the internal forces over energy spent and not returned, minus 1.  Both are parabolas along the path; what is
+# out of balance within the force tolerance has a sign and adds up: 1 % with 12 penetration steps (make bench-target).
 ACCOUNT_LIMIT = 0.04
 UNBALANCED_LIMIT = 0.01  # forces left in the unloaded block over the impact's peak force
-# Mean of the vertical stress over a layer of the block over the largest in-plane one, down to BALANCE_DEPTH dimple radii:
-# 0 in a free block; further down the clamped sides carry some of it.
+# Mean of the vertical stress over a layer of the block over the largest in-plane one, down to BALANCE_DEPTH dimple
+# radii: 0 in a free block; further down the clamped sides carry some of it.
 BALANCE_LIMIT, BALANCE_DEPTH = 0.05, 4.0
 
 
@@ -54,9 +54,10 @@ class ContactResult:
 def read_contact(
     workdir: Path, block: Block, dimple: Dimple, patch: Patch, margin_in_radii: float, finite_strain: bool, count: int
 ) -> ContactResult:
-    """Read a finished run's tables after ``count`` impacts and reduce them to layer means over the square inside the margin."""
+    """Reduce a finished run's tables after ``count`` impacts to layer means over the square inside the margin."""
     points, surface = read_table(workdir / f"points-{count}.csv"), read_table(workdir / f"surface-{count}.csv")
     result = {k: v[0] for k, v in read_table(workdir / "result.csv").items()}
+    done = read_table(workdir / "impacts_done.csv")
     radius_mm = dimple.radius_m * 1e3
     half = 0.5 * block.side - margin_in_radii * radius_mm
     layers = len(block.thickness)
@@ -73,8 +74,8 @@ def read_contact(
     inner = {name: values[inside] for name, values in points.items()}
     weight = np.bincount(layer, volume, minlength=layers)
     blocks = max(1, int(half / block.spacing))
-    place = [np.minimum((inner[axis] + half) * blocks // (2 * half), blocks - 1).astype(int) for axis in ("x_mm", "y_mm")]
-    column = (layer * blocks + place[0]) * blocks + place[1]
+    row, place = (np.minimum((inner[f"{a}_mm"] + half) * blocks // (2 * half), blocks - 1).astype(int) for a in "xy")
+    column = (layer * blocks + row) * blocks + place
     column_weight = np.bincount(column, volume, minlength=layers * blocks**2)
 
     def mean(name: str) -> np.ndarray:
@@ -96,8 +97,10 @@ def read_contact(
         peeq=mean("peeq"), peeq_std=spread("peeq"),
         balance_error=float(np.abs(vertical[shallow]).max() / np.abs(along).max()),
         surface_x_m=x[seen] * 1e-3, surface_y_m=y[seen] * 1e-3, surface_z_m=z[seen] * 1e-3,
-        history={k: v[:count] for k, v in read_table(workdir / "impacts_done.csv").items()}, patch=patch, measured_side_m=2e-3 * half, floor_m=1e-3 * float(block.bounds[-1]),
-        impacts=count, finite_strain=finite_strain, dofs=int(result["dofs"]), setup_s=float(result["setup_s"]), wall_s=float(result["wall_s"]),
+        history={k: v[:count] for k, v in done.items()}, patch=patch,
+        measured_side_m=2e-3 * half, floor_m=1e-3 * float(block.bounds[-1]),
+        impacts=count, finite_strain=finite_strain,
+        dofs=int(result["dofs"]), setup_s=float(result["setup_s"]), wall_s=float(result["wall_s"]),
         unresolved_impacts=int(faint.sum()), unresolved_energy_share=float(energy[faint].sum() / energy.sum()),
     )  # fmt: skip
 
@@ -113,10 +116,12 @@ def check(result: ContactResult, log: Path) -> None:
     if len(h["impact"]) != result.impacts:
         problems.append(f"{len(h['impact'])} of {result.impacts} impacts done")
     worst("work off the shot's energy by", abs(h["work_mJ"] / h["energy_mJ"] - 1.0), WORK_LIMIT)
-    worst("work of the internal forces off by", abs(h["work_inside_mJ"] / (h["work_mJ"] - h["back_mJ"]) - 1.0), ACCOUNT_LIMIT)
+    spent = h["work_mJ"] - h["back_mJ"]
+    worst("work of the internal forces off by", abs(h["work_inside_mJ"] / spent - 1.0), ACCOUNT_LIMIT)
     worst("forces of the unloaded block over the peak force", h["unbalanced_N"] / h["peak_force_N"], UNBALANCED_LIMIT)
     if not result.balance_error <= BALANCE_LIMIT:
-        problems.append(f"mean vertical stress is {result.balance_error:.1%} of the in-plane one (limit {BALANCE_LIMIT:.0%})")
+        off = result.balance_error
+        problems.append(f"mean vertical stress is {off:.1%} of the in-plane one (limit {BALANCE_LIMIT:.0%})")
     if problems:
         raise NotConverged("the contact model is not to be trusted", cause="; ".join(problems), log=log,
                            advice="more elements per radius, or a tighter force tolerance")  # fmt: skip

@@ -12,9 +12,11 @@ from glue.study.tradeoff.ladder import STAGES
 from glue.study.tradeoff.quantities import BY_NAME, QUANTITIES
 
 _STAGE_COLOURS = {
-    "dimple": "#0072b2", "flow": "#d55e00", "coverage": "#009e73", "target": "#cc79a7", "surface": "#e69f00", "whole": "#1d1d1d",
+    "dimple": "#0072b2", "flow": "#d55e00", "coverage": "#009e73", "target": "#cc79a7", "surface": "#e69f00",
+    "whole": "#1d1d1d",
 }  # fmt: skip
 _FEWEST_POINTS = 4
+Points = list[tuple[dict, float, float]]  # (row, cost [s], error bound)
 
 
 def csv_text(table: dict) -> str:
@@ -22,21 +24,19 @@ def csv_text(table: dict) -> str:
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(
-        ("scene", "group", "stage", "factor", "level", "physics", "seeds", "wall_s", "cpu_s", "peak_memory_MB", "quantity", "value",
-         "error", "standard_error", "hidden_by_scatter", "scatter_of_one_run", "failed")
+        ("scene", "group", "stage", "factor", "level", "physics", "seeds", "wall_s", "cpu_s", "peak_memory_MB",
+         "quantity", "value", "error", "standard_error", "hidden_by_scatter", "scatter_of_one_run", "failed")
     )  # fmt: skip
     for scene, entry in table["scenes"].items():
         for row in entry["rows"]:
-            memory = row["memory_bytes"]
-            head = (scene, row["group"], row["stage"], row["factor"], row["level"], int(row["physics"]), row["seeds"], _number(row["wall_s"]),
-                    _number(row["cpu_s"]), "" if memory is None else f"{memory / 1e6:.0f}")  # fmt: skip
+            memory = "" if row["memory_bytes"] is None else f"{row['memory_bytes'] / 1e6:.0f}"
+            head = (scene, row["group"], row["stage"], row["factor"], row["level"], int(row["physics"]), row["seeds"],
+                    _number(row["wall_s"]), _number(row["cpu_s"]), memory)  # fmt: skip
             if row["failed"] and not row["quantities"]:
                 writer.writerow((*head, "", "", "", "", "", "", row["failed"].replace("\n", " ")))
             for name, found in row["quantities"].items():
-                writer.writerow(
-                    (*head, name, _number(found["value"]), _number(found["error"]), _number(found["se"]), int(found["hidden"]),
-                     _number(found["scatter"]), "")
-                )  # fmt: skip
+                numbers = [_number(found[key]) for key in ("value", "error", "se")]
+                writer.writerow((*head, name, *numbers, int(found["hidden"]), _number(found["scatter"]), ""))
     return out.getvalue()
 
 
@@ -58,13 +58,21 @@ def markdown(table: dict, scene: str) -> str:
             cells = [_value(row, q) for q in shown]
         else:
             title = f"{row['factor']} {row['level']}" + (" (added)" if row["physics"] else "")
-            cells = [error_text(row["quantities"].get(q.name), q.scale == "one") if _bears(row, q) else "" for q in shown]
+            cells = [_error(row, q) if _bears(row, q) else "" for q in shown]
         if row["failed"]:
             title += " **failed**"
         cost = "–" if row["cpu_s"] is None else f"{row['cpu_s']:.3g}"
         memory = "–" if row["memory_bytes"] is None else f"{row['memory_bytes'] / 1e6:.0f}"
-        lines.append("| " + " | ".join([title, cost, memory, *cells]) + " |")
+        lines.append(_line([title, cost, memory, *cells]))
     return "\n".join(lines)
+
+
+def _line(cells: list[str]) -> str:
+    return "| " + " | ".join(cells) + " |"
+
+
+def _error(row: dict, q) -> str:
+    return error_text(row["quantities"].get(q.name), q.scale == "one")
 
 
 def _value(row: dict, q) -> str:
@@ -105,12 +113,13 @@ def scatter_markdown(scatter: dict) -> str:
 def presets_markdown(table: dict) -> str:
     """Whole presets: cost and error on every scene measured."""
     names = [q for q in QUANTITIES if q.headline]
-    lines = ["| scene | preset | time, s | MB | " + " | ".join(q.label for q in names) + " |", "|---|---|---:|---:|" + "---:|" * len(names)]
+    head = ["scene", "preset", "time, s", "MB", *(q.label for q in names)]
+    lines = [_line(head), "|---|---|---:|---:|" + "---:|" * len(names)]
     for scene, entry in table["scenes"].items():
         for row in entry["rows"]:
             if row["factor"] == "preset" and row["cpu_s"] is not None:
-                cells = [error_text(row["quantities"].get(q.name), q.scale == "one") for q in names]
-                lines.append("| " + " | ".join([scene, row["level"], f"{row['cpu_s']:.0f}", f"{row['memory_bytes'] / 1e6:.0f}", *cells]) + " |")
+                cost = [f"{row['cpu_s']:.0f}", f"{row['memory_bytes'] / 1e6:.0f}"]
+                lines.append(_line([scene, row["level"], *cost, *(_error(row, q) for q in names)]))
     return "\n".join(lines)
 
 
@@ -120,30 +129,34 @@ def write_report(table: dict, out: Path) -> list[Path]:
     (out / "tradeoff.csv").write_text(csv_text(table), encoding="utf-8")
     parts = ["# Speed against accuracy, measured", "", _heading(table), "", "## Presets", "", presets_markdown(table)]
     for scene, entry in table["scenes"].items():
-        parts += ["", f"## {scene}", "", markdown(table, scene), "", "The cheapest that keeps a promised error, stage by stage:", ""]
+        parts += ["", f"## {scene}", "", markdown(table, scene), ""]
+        parts += ["The cheapest that keeps a promised error, stage by stage:", ""]
         parts += [f"- {share}: {what}" for share, what in entry.get("recommended", {}).items()]
-        for title, scatter in (("Chance alone", entry["scatter"]), *((f"Chance alone, {g}", s) for g, s in entry["patches"].items())):
+        chances = {"Chance alone": entry["scatter"]} | {f"Chance alone, {g}": s for g, s in entry["patches"].items()}
+        for title, scatter in chances.items():
             parts += ["", f"{title}:", "", scatter_markdown(scatter)]
     (out / "tradeoff.md").write_text("\n".join(parts) + "\n", encoding="utf-8")
     files = [out / "tradeoff.csv", out / "tradeoff.md"]
     for scene in table["scenes"]:
-        files += [pareto_plot(table, scene, q, out) for q in QUANTITIES if len(points_of(table, scene, q.name)) >= _FEWEST_POINTS]
+        plotted = [q for q in QUANTITIES if len(points_of(table, scene, q.name)) >= _FEWEST_POINTS]
+        files += [pareto_plot(table, scene, q, out) for q in plotted]
     return files
 
 
 def _heading(table: dict) -> str:
     p = table["provenance"]
     return (
-        f"Measured {p['date']} on {p['machine']} ({p['cores']} cores, load {p['load_1_min']:.1f}) by `{p['command']}`. Times are"
-        " processor seconds of the stage that is judged (of all stages for presets and seeds). An error is the mean difference"
-        " from the group's reference with the same seeds; “<” marks one that scatter hides, with the bound that is known. Rungs"
-        " marked (added) add physics that the reference has not: what they show is its effect."
+        f"Measured {p['date']} on {p['machine']} ({p['cores']} cores, load {p['load_1_min']:.1f}) by `{p['command']}`."
+        " Times are processor seconds of the stage that is judged (of all stages for presets and seeds)."
+        " An error is the mean difference from the group's reference with the same seeds;"
+        " “<” marks one that scatter hides, with the bound that is known."
+        " Rungs marked (added) add physics that the reference has not: what they show is its effect."
         + (f" Note: {p['note']}." if "note" in p else "")
     )
 
 
-def points_of(table: dict, scene: str, quantity: str) -> list[tuple[dict, float, float]]:
-    """(row, cost [s], error bound) of the rungs that say something about ``quantity``, zero errors left out."""
+def points_of(table: dict, scene: str, quantity: str) -> Points:
+    """The rungs that say something about ``quantity``, zero errors left out."""
     found = []
     for row in table["scenes"][scene]["rows"]:
         told = row["quantities"].get(quantity)
@@ -156,8 +169,8 @@ def points_of(table: dict, scene: str, quantity: str) -> list[tuple[dict, float,
     return found
 
 
-def named(points: list[tuple[dict, float, float]], edge: list[tuple[dict, float, float]]) -> list[tuple[dict, float, float]]:
-    """The points that get their name in a plot: front, presets, and others where their names do not run into each other."""
+def named(points: Points, edge: Points) -> Points:
+    """The points that get their name in a plot: front, presets, and others whose names do not run into each other."""
     if len(points) < 2:
         return points
     (x0, x1), (y0, y1) = ((min(v), max(v)) for v in ([math.log(p[k]) for p in points] for k in (1, 2)))
@@ -179,13 +192,17 @@ def _decades(axis) -> float:
 
 
 def one_run_scatters(table: dict, scene: str, quantity: str) -> float | None:
-    """Standard deviation over seeds of one run at the scene's own window, or of one patch of the cell; None: unknown, or none."""
+    """Standard deviation over seeds of one run at the scene's own window, or of one patch of the cell.
+
+    None: unknown, or none.
+    """
     entry = table["scenes"][scene]
-    found = entry["scatter"].get(quantity) or next((p[quantity] for p in entry["patches"].values() if quantity in p), None)
+    of_patches = (p[quantity] for p in entry["patches"].values() if quantity in p)
+    found = entry["scatter"].get(quantity) or next(of_patches, None)
     return found["sd"] if found and found["sd"] > 0.0 else None
 
 
-def front(points: list[tuple[dict, float, float]]) -> list[tuple[dict, float, float]]:
+def front(points: Points) -> Points:
     """Those that no other beats in both cost and error, by rising cost."""
     best, kept = float("inf"), []
     for point in sorted(points, key=lambda p: (p[1], p[2])):
@@ -210,8 +227,9 @@ def pareto_plot(table: dict, scene: str, q, out: Path) -> Path:
             some = [p for p in mine if p[0]["quantities"][q.name]["hidden"] == hidden]
             if some:
                 label = "whole preset" if stage == "whole" else f"one factor of {stage}"
-                axes.scatter([p[1] for p in some], [100 * p[2] for p in some], s=38, zorder=3, edgecolors=colour, linewidths=1.4,
-                             facecolors="none" if hidden else colour, label=label + (", bound only" if hidden else ""))  # fmt: skip
+                label += ", bound only" if hidden else ""
+                axes.scatter([p[1] for p in some], [100 * p[2] for p in some], s=38, zorder=3, edgecolors=colour,
+                             linewidths=1.4, facecolors="none" if hidden else colour, label=label)  # fmt: skip
     edge = front(points)
     axes.plot([p[1] for p in edge], [100 * p[2] for p in edge], color="#8a8a8a", lw=1, zorder=1)
     middle = math.sqrt(min(p[1] for p in points) * max(p[1] for p in points))
@@ -222,7 +240,8 @@ def pareto_plot(table: dict, scene: str, q, out: Path) -> Path:
         axes.annotate(f"{row['factor']} {row['level']}", (cost, 100 * size), xytext=(-5 if side == "right" else 5, up),
                       ha=side, textcoords="offset points", fontsize=7, color="#444")  # fmt: skip
     if scatter := one_run_scatters(table, scene, q.name):
-        axes.axhline(100 * scatter, color="#8a8a8a", ls="--", lw=1, zorder=1, label="standard deviation of one run over seeds")
+        label = "standard deviation of one run over seeds"
+        axes.axhline(100 * scatter, color="#8a8a8a", ls="--", lw=1, zorder=1, label=label)
     axes.set(xscale="log", yscale="log", xlabel="processor time [s]", title=f"{scene}: {q.label}",
              ylabel="error [points]" if q.scale == "one" else "error [%]")  # fmt: skip
     for axis in (axes.xaxis, axes.yaxis):

@@ -30,7 +30,7 @@ def intensity(
 ) -> tuple[dict, Saturation]:
     """What ``peen intensity`` was asked for: of a measured ``curve``, or of a strip in the jet of a scene.
 
-    ``found.problem`` says why a curve allows no intensity.  Raises InputError with all that is wrong with the arguments.
+    ``found.problem`` says why a curve allows no intensity.  Raises InputError with all that is wrong in the arguments.
     """
     problems = []
     if scene_argument is None and curve is None:
@@ -65,21 +65,28 @@ def _beside(scene: Scene, curve: MeasuredCurve, found: Saturation) -> dict:
     """
     feed = next((n.feed for n in scene.nozzles if n.feed), None)
     if curve.unit == "passes" and feed is None:
-        raise InputError(f"{curve.file}: exposure_passes, but no nozzle of the scene travels; allowed exposure_s, exposure_min")
+        raise InputError(
+            f"{curve.file}: exposure_passes, but no nozzle of the scene travels; allowed exposure_s, exposure_min"
+        )
     second = {"s": 1.0, "min": 60.0, "passes": feed.duration_s / feed.passes if feed else 1.0}[curve.unit]
     own = fit_saturation(curve.exposure * second, curve.arc_height_m)
     result = {"measured": {"file": curve.file, **saturation_dict(own)}}
     if found.problem is None:
         off = found.best(own.exposure) / own.arc_height_m - 1.0
-        result["measured"] |= {"arc_height_mean_deviation": float(off.mean()), "arc_height_rms_deviation": float(np.sqrt((off**2).mean()))}
+        result["measured"]["arc_height_mean_deviation"] = float(off.mean())
+        result["measured"]["arc_height_rms_deviation"] = float(np.sqrt((off**2).mean()))
         if own.problem is None:
             result["measured"]["intensity_deviation"] = found.intensity_m / own.intensity_m - 1.0
             result["measured"]["saturation_exposure_deviation"] = found.best.saturation / own.best.saturation - 1.0
     return result
 
+
 def title(result: dict) -> str:
     """Of the figure: what was peened, and what came out."""
-    name = Path(result["file"]).name if "file" in result else f"{result['scene']}, strip {result['strip']}, {result['model']}"
+    if "file" in result:
+        name = Path(result["file"]).name
+    else:
+        name = f"{result['scene']}, strip {result['strip']}, {result['model']}"
     return f"{name}: {mils(result['intensity_m']):.2f}{result['strip'] or ' mil'}"
 
 
@@ -96,10 +103,15 @@ def curve_of_file(path: Path, strip: str | None = None) -> tuple[dict, Saturatio
 
 def saturation_dict(found: Saturation) -> dict:
     """A fitted saturation curve as plain values; exposures in the unit of the points."""
-    result = {"points": int(found.exposure.size), "exposure": found.exposure.tolist(), "arc_height_m": found.arc_height_m.tolist()}
+    result = {
+        "points": int(found.exposure.size),
+        "exposure": found.exposure.tolist(),
+        "arc_height_m": found.arc_height_m.tolist(),
+    }
     keys = ("intensity_m", "intensity_half_width_m", "saturation_exposure", "saturation_exposure_half_width")
     if found.problem:
-        return result | {key: None for key in keys} | {f"{key}_reason": found.problem for key in keys} | {"warnings": []}
+        reasons = {f"{key}_reason": found.problem for key in keys}
+        return result | dict.fromkeys(keys) | reasons | {"warnings": []}
     best = found.best
     values = found.intensity_m, found.intensity_half_width_m, best.saturation, found.saturation_half_width
     result |= dict(zip(keys, map(float, values), strict=True))
@@ -111,7 +123,8 @@ def saturation_dict(found: Saturation) -> dict:
         "parameters": dict(zip("abc", best.parameters)),
         "residual_m": best.residual_m,
         "equations_tried": [
-            {"equation": f.form.text, "residual_m": f.residual_m, "intensity_m": _plain(f.intensity_m), "saturation_exposure": _plain(f.saturation)}
+            {"equation": f.form.text, "residual_m": f.residual_m, "intensity_m": _plain(f.intensity_m),
+             "saturation_exposure": _plain(f.saturation)}
             for f in found.fits
         ],
         "warnings": list(found.warnings),
@@ -121,8 +134,9 @@ def saturation_dict(found: Saturation) -> dict:
 def scene_intensity(scene: Scene, letter: str, library: StripLibrary) -> tuple[dict, Saturation]:
     """The saturation curve of strip ``letter`` in place of the scene's target, by the layer model.
 
-    Exposure per time comes from the nozzles' footprints at the middle of the window, collisions take an estimated share of
-    the energy; a scene whose nozzles travel is repeated as a whole.  Raises InputError beyond what the models can do.
+    Exposure per time comes from the nozzles' footprints at the middle of the window, collisions take an estimated
+    share of the energy; a scene whose nozzles travel is repeated as a whole.  Raises InputError beyond what the models
+    can do.
     """
     strip = STRIPS[letter]
     stream = stream_of(scene)
@@ -157,8 +171,9 @@ def _by_cells(scene: Scene, layers: dict, library: StripLibrary, progress) -> tu
     """The same curve by periodic cells, beside what the layers said."""
     strip, stream = STRIPS[layers["strip"]], stream_of(scene)
     curve = cell_curve(
-        library, strip, stream, scene.accuracy, seed=scene.seed, progress=lambda share, text: progress("cells", share, text)
-    )
+        library, strip, stream, scene.accuracy, seed=scene.seed,
+        progress=lambda share, text: progress("cells", share, text),
+    )  # fmt: skip
     found = fit_saturation(curve.hits / library.hits_1_s(stream), curve.arc_height_m)
     kept = ("scene", "strip", "exposure_unit", "normal_speed_m_s", "hits_per_point_1_s", "material", "material_source")
     return {key: layers[key] for key in kept} | {
@@ -174,7 +189,8 @@ def _beyond(hits: np.ndarray):
     span = CALIBRATED["exposure"]
     if hits[0] < span.low or hits[-1] > span.high:
         yield (
-            f"hits per point from {hits[0]:.2g} to {hits[-1]:.2g}; the layer model is calibrated for {span.low:g} to {span.high:g}"
+            f"hits per point from {hits[0]:.2g} to {hits[-1]:.2g}; the layer model is calibrated"
+            f" for {span.low:g} to {span.high:g}"
         )
 
 
@@ -193,18 +209,20 @@ def intensity_text(result: dict) -> str:
     if result["intensity_m"] is None:
         return "\n".join([*rows, f"  intensity not determined: {result['intensity_m_reason']}"])
     half, t_half = result["intensity_half_width_m"], result["saturation_exposure_half_width"]
+    found = result["intensity_m"]
     rows += [
-        _row("intensity", f"{mils(result['intensity_m']):.2f}{strip or ' mil'}: {mils(result['intensity_m']) * 1e-3:.5f} in"
-             f" ± {mils(half) * 1e-3:.5f}, {result['intensity_m'] * 1e3:.4f} mm ± {half * 1e3:.4f} ({result['confidence']:.0%} interval)"),
+        _row("intensity", f"{mils(found):.2f}{strip or ' mil'}: {mils(found) * 1e-3:.5f} in ± {mils(half) * 1e-3:.5f},"
+             f" {found * 1e3:.4f} mm ± {half * 1e3:.4f} ({result['confidence']:.0%} interval)"),
         _row("saturation exposure", f"{result['saturation_exposure']:.4g} {unit} ± {t_half:.2g}"),
         _row("equation", f"{result['equation']}, " + ", ".join(f"{k} {v:.4g}" for k, v in result["parameters"].items())
              + f"; residual {mils(result['residual_m']) * 1e-3:.5f} in"),
     ]  # fmt: skip
     if "layers_intensity_m" in result:
         error = max(e / h for e, h in zip(result["arc_height_standard_error_m"], result["arc_height_m"]))
+        off, theirs = result["over_layers_relative"], f"{mils(result['layers_intensity_m']):.2f}{strip}"
         rows += [
-            _row("against layers", f"{result['over_layers_relative']:+.1%} of their {mils(result['layers_intensity_m']):.2f}{strip};"
-                 f" arc heights are means over cells, standard error up to {error:.1%}"),
+            _row("against layers", f"{off:+.1%} of their {theirs}; arc heights are means over cells, standard error up"
+                 f" to {error:.1%}"),
             _row("strip steel", result["material_source"]),
         ]  # fmt: skip
     if "saturation_hits" in result:
@@ -214,14 +232,18 @@ def intensity_text(result: dict) -> str:
                  f" ({result['coverage_of_strip_at_saturation']:.0%} coverage of the strip)"),
             _row("speed on arrival", f"{result['normal_speed_m_s']:.4g} m/s, normal to the strip; collisions take"
                  f" {result['energy_lost_in_collisions']:.1%} of the energy (estimate)"),
-            _row("model error", f"about {result['model_error_relative']:.0%} of an arc height (layers against cells), and"
-                 " what the strip steel's law is off"),
+            _row("model error", f"about {result['model_error_relative']:.0%} of an arc height (layers against cells),"
+                 " and what the strip steel's law is off"),
             _row("strip steel", result["material_source"]),
         ]  # fmt: skip
     if "measured" in result:
         m = result["measured"]
-        rows.append(_row("measured", f"{m['file']}: " + (m["intensity_m_reason"] if m["intensity_m"] is None else
-                         f"{mils(m['intensity_m']):.2f}{strip} ± {mils(m['intensity_half_width_m']):.2f} at {m['saturation_exposure']:.4g} s")))  # fmt: skip
+        if m["intensity_m"] is None:
+            told = m["intensity_m_reason"]
+        else:
+            width = mils(m["intensity_half_width_m"])
+            told = f"{mils(m['intensity_m']):.2f}{strip} ± {width:.2f} at {m['saturation_exposure']:.4g} s"
+        rows.append(_row("measured", f"{m['file']}: {told}"))
         rows += [_row("simulated less it", f"{name} {m[key]:+.1%}") for key, name in (
             ("intensity_deviation", "intensity"), ("saturation_exposure_deviation", "saturation exposure"),
             ("arc_height_mean_deviation", "arc heights, mean"), ("arc_height_rms_deviation", "arc heights, rms"),

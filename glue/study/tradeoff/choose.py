@@ -1,9 +1,10 @@
-"""``peen run --target-error`` and ``--budget``: the cheapest measured combination that is good enough, or the best in time.
+"""``peen run --target-error`` and ``--budget``: the cheapest measured combination good enough, or the best in time.
 
-A combination takes a rung for each stage, or a whole preset; its error is the root of the sum of the rungs' squared error
-bounds (stages err independently), its cost theirs, scaled by the impacts that the scene brings.  For a scene that was not
-measured itself a rung's bound is that on the most similar one and, on top, the standard deviation over all scenes measured.  Scatter of one run is no part
-of it: no mesh mends that (see ``uncertainty`` in metrics.json).  A model that the scene asks for is never replaced.
+A combination takes a rung for each stage, or a whole preset; its error is the root of the sum of the rungs' squared
+error bounds (stages err independently), its cost theirs, scaled by the impacts that the scene brings.  For a scene that
+was not measured itself a rung's bound is that on the most similar one and, on top, the standard deviation over all
+scenes measured.  Scatter of one run is no part of it: no mesh mends that (see ``uncertainty`` in metrics.json).  A
+model that the scene asks for is never replaced.
 """
 
 from __future__ import annotations
@@ -79,9 +80,9 @@ def choose(
     scene: Scene, *, target_error: float | None = None, budget_s: float | None = None, stages: Iterable[str] = STAGES,
     table: dict | None = None,
 ) -> Combination:  # fmt: skip
-    """The cheapest combination within ``target_error`` (relative), or the most exact within ``budget_s``; both: within both.
+    """The cheapest combination within ``target_error``, or the most exact within ``budget_s``; both: within both.
 
-    Only what ``stages`` find counts.  Raises InputError when nothing fits, with the nearest that there is.
+    The error is relative.  Only what ``stages`` find counts.  Raises InputError when nothing fits, with the nearest that there is.
     """
     table = packaged() if table is None else table
     name, far = nearest(scene, table)
@@ -90,12 +91,14 @@ def choose(
     options = [_thin(_parts(scene, table["scenes"][name], stage, others)) for stage in wanted]
     missing = [stage for stage, some in zip(wanted, options, strict=True) if not some]
     if missing:
-        raise InputError(f"--target-error, --budget: no rung of {', '.join(missing)} was measured on {name}; run peen tradeoff {name}")
+        none = f"no rung of {', '.join(missing)} was measured on {name}"
+        raise InputError(f"--target-error, --budget: {none}; run peen tradeoff {name}")
     all_of = [Combination(parts, name, far) for parts in itertools.product(*options)]
     good = all_of if target_error is None else [c for c in all_of if c.worst[1] <= target_error]
     if not good:
         best = min(all_of, key=lambda c: (c.worst[1], c.cost_s))
-        raise InputError(f"--target-error {target_error:.3g}: nothing measured is as exact; the nearest: {sentence(best)}")
+        told = f"nothing measured is as exact; the nearest: {sentence(best)}"
+        raise InputError(f"--target-error {target_error:.3g}: {told}")
     fast = good if budget_s is None else [c for c in good if c.cost_s <= budget_s]
     if not fast:
         best = min(good, key=lambda c: c.cost_s)
@@ -120,7 +123,9 @@ def text(c: Combination) -> str:
         worst = max(part.errors.items(), key=lambda item: item[1], default=None)
         why = "" if worst is None else f"error within {100 * worst[1]:.2g} %, of {labels[worst[0]]}"
         lines.append(f"  {part.stage:<9} {part.label:<34} {part.cost_s:7.1f} s   {why}")
-    lines.append(f"  together  {'':<34} {c.cost_s:7.1f} s   error within {100 * c.worst[1]:.2g} %, of {labels.get(c.worst[0], '')}")
+    name, error = c.worst
+    why = f"error within {100 * error:.2g} %, of {labels.get(name, '')}"
+    lines.append(f"  together  {'':<34} {c.cost_s:7.1f} s   {why}")
     return "\n".join(lines)
 
 
@@ -142,8 +147,10 @@ def _parts(scene: Scene, entry: dict, stage: str, others: Sequence[dict]) -> lis
         }  # fmt: skip
         if stage == "flow":  # how often shots meet is the scene's own, whatever it was measured on
             errors["normal_energy"] = max(errors.get("normal_energy", 0.0), numbers["flow_errors"][model])
-        label = f"{model}, " if model and model != row["level"] else ""
-        found.append(Part(stage, f"{label}{row['factor']} {row['level']}", changes, _cost_s(row, stage, numbers), errors))
+        label = f"{row['factor']} {row['level']}"
+        if model and model != row["level"]:
+            label = f"{model}, {label}"
+        found.append(Part(stage, label, changes, _cost_s(row, stage, numbers), errors))
     return found
 
 
@@ -192,14 +199,17 @@ def _thin(parts: Sequence[Part]) -> list[Part]:
 
 
 def preset_block(scene: Scene, table: dict | None = None) -> list[str]:
-    """Lines for ``peen check``: measured cost and error of the scene's preset at the most similar scene; [] without a table."""
+    """Lines for ``peen check``: cost and error of the scene's preset as measured at the most similar scene.
+
+    [] without a table, or where the preset was not measured.
+    """
     try:
         table = packaged() if table is None else table
     except InputError:
         return []
     name, far = nearest(scene, table)
-    preset = scene.accuracy.preset
-    row = next((r for r in table["scenes"][name]["rows"] if r["factor"] == "preset" and r["level"] == preset and r["quantities"]), None)
+    same = (r for r in table["scenes"][name]["rows"] if (r["factor"], r["level"]) == ("preset", scene.accuracy.preset))
+    row = next((r for r in same if r["quantities"]), None)
     if row is None:
         return []
     told = [

@@ -1,9 +1,9 @@
 """The peened layer's stress for other codes: by depth as CSV, and as initial stress of a mesh's elements.
 
-What goes into another part is the stress *before* the part gives way: peened, but held flat and unstretched.  The other
-code lets its own part go, which stretches and bends as its shape allows.  The stress of the free plate that the run
-modelled is right for that plate alone; the CSV has both.  What a scene's own initial stress adds is left out of the held
-stress: it was in balance with the modelled part, not with another.
+What goes into another part is the stress *before* the part gives way: peened, but held flat and unstretched.  The
+other code lets its own part go, which stretches and bends as its shape allows.  The stress of the free plate that the
+run modelled is right for that plate alone; the CSV has both.  What a scene's own initial stress adds is left out of
+the held stress: it was in balance with the modelled part, not with another.
 """
 
 from __future__ import annotations
@@ -31,8 +31,9 @@ _TET = 0.1381966011250105
 
 
 def held_profile(profile: Mapping[str, np.ndarray], scene: Scene) -> dict[str, np.ndarray]:
-    """depth_m, sigma_xx_Pa, sigma_yy_Pa, each (n,), of the part held flat and unstretched; ``profile``: stress_profile.csv.
+    """depth_m, sigma_xx_Pa, sigma_yy_Pa, each (n,), of the part held flat and unstretched.
 
+    ``profile``: the columns of stress_profile.csv.
     Raises InputError where they cannot be told: a plate that ends inside the peened layer.
     """
     depth, initial = profile["depth_m"], np.zeros(len(profile["depth_m"]))
@@ -46,8 +47,8 @@ def held_profile(profile: Mapping[str, np.ndarray], scene: Scene) -> dict[str, n
             held[name] = changed if scene.target.thickness_m is None else clamped_stress(depth, changed, _FADED)
         except ValueError as problem:
             raise InputError(
-                f"target.thickness_m = {scene.target.thickness_m:g}: the stress of the held part cannot be told from the free"
-                f" one's ({problem}); allowed: parts thicker than the peened layer, or no thickness_m"
+                f"target.thickness_m = {scene.target.thickness_m:g}: the stress of the held part cannot be told from"
+                f" the free one's ({problem}); allowed: parts thicker than the peened layer, or no thickness_m"
             ) from None
     return held
 
@@ -62,18 +63,19 @@ def write_stress_csv(path: Path, profile: Mapping[str, np.ndarray], scene: Scene
 
 
 def write_initial_stress(
-    path: Path, mesh: Path, held: Mapping[str, np.ndarray], *, surface: str = "z-max", unit: str = "m", code: str = "calculix",
-    title: str = "",
+    path: Path, mesh: Path, held: Mapping[str, np.ndarray], *, surface: str = "z-max", unit: str = "m",
+    code: str = "calculix", title: str = "",
 ) -> dict:  # fmt: skip
-    """Write ``*INITIAL CONDITIONS, TYPE=STRESS`` for every solid element of ``mesh`` (.inp with its own numbers, or what
-    meshio reads, numbered from 1).
+    """Write ``*INITIAL CONDITIONS, TYPE=STRESS`` for every solid element of ``mesh``.
 
-    held: as from ``held_profile``.  surface: the peened plane, such as "z-max", the largest z of the mesh; its depth runs
-    inwards, the profile's x and y lie along the two other axes in order.  unit: of the mesh, "m" (stress in Pa) or "mm"
-    (MPa).  code: "calculix" (a line for each integration point, at its own depth) or "abaqus" (a line for each element,
-    the mean of its points).  Below the profile the stress is 0; normal and shear stresses of the plane are 0.
-    Returns {"elements", "elements_stressed", "points"}.  Raises InputError for all that is wrong, and when no point of the
-    mesh lies in the layer.
+    mesh: .inp with its own numbers, or what meshio reads, numbered from 1.  held: as from ``held_profile``.  surface:
+    the peened plane, such as "z-max", the largest z of the mesh; its depth runs inwards, the profile's x and y lie
+    along the two other axes in order.  unit: of the mesh, "m" (stress in Pa) or "mm" (MPa).  code: "calculix" (a line
+    for each integration point, at its own depth) or "abaqus" (a line for each element, the mean of its points).  Below
+    the profile the stress is 0; normal and shear stresses of the plane are 0.
+
+    Returns {"elements", "elements_stressed", "points"}.  Raises InputError for all that is wrong, and when no point of
+    the mesh lies in the layer.
     """
     wrong = [
         f"--{name} {value}: allowed: {', '.join(allowed)}"
@@ -100,8 +102,8 @@ def write_initial_stress(
         rows += _lines(numbers, stress, code)
     if not told["elements_stressed"]:
         raise InputError(
-            f"{mesh}: no element lies within {held['depth_m'][-1]:.3g} m of its {surface} surface; is it in mm (--unit mm), or"
-            " is another surface the peened one (--surface)?"
+            f"{mesh}: no element lies within {held['depth_m'][-1]:.3g} m of its {surface} surface;"
+            " is it in mm (--unit mm), or is another surface the peened one (--surface)?"
         )
     with atomic_path(path) as part:
         part.write_text("\n".join([*_heading(title, surface, stress_unit, code, told), *rows]) + "\n", encoding="utf-8")
@@ -109,10 +111,10 @@ def write_initial_stress(
 
 
 def _heading(title: str, surface: str, stress_unit: str, code: str, told: dict) -> list[str]:
-    ascii_title = title.encode("ascii", "replace").decode()
+    ascii_title, stressed = title.encode("ascii", "replace").decode(), told["elements_stressed"]
     return [
         f"** initial stress of {ascii_title} in {stress_unit}: peened at {surface}, held flat and unstretched.",
-        f"** {told['elements']} elements, {told['elements_stressed']} of them with stress. Put it before the first step:",
+        f"** {told['elements']} elements, {stressed} of them with stress. Put it before the first step:",
         "** *INCLUDE, INPUT=initial_stress.inp; a static step without load then lets the part go.",
         f"** {code}: element, {'integration point, ' if code == 'calculix' else ''}Sxx, Syy, Szz, Sxy, Sxz, Syz",
         "*INITIAL CONDITIONS, TYPE=STRESS",
@@ -125,7 +127,8 @@ def _lines(numbers, stress, code: str) -> list[str]:
 
     if code == "abaqus":
         return [f"{n}, {six(row)}" for n, row in zip(numbers, stress.mean(axis=1), strict=True)]
-    return [f"{n}, {p}, {six(row)}" for n, points in zip(numbers, stress, strict=True) for p, row in enumerate(points, 1)]
+    elements = zip(numbers, stress, strict=True)
+    return [f"{n}, {p}, {six(row)}" for n, points in elements for p, row in enumerate(points, 1)]
 
 
 def _from_meshio(mesh: Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:

@@ -82,7 +82,8 @@ def choose(
 ) -> Combination:  # fmt: skip
     """The cheapest combination within ``target_error``, or the most exact within ``budget_s``; both: within both.
 
-    The error is relative.  Only what ``stages`` find counts.  Raises InputError when nothing fits, with the nearest that there is.
+    The error is relative.  Only what ``stages`` find counts.  Raises InputError when nothing fits, with the nearest
+    that there is.
     """
     table = packaged() if table is None else table
     name, far = nearest(scene, table)

@@ -1,8 +1,8 @@
 """The error budget of a run: for each metric a 95 % interval and how much of it comes from what.
 
-Causes: *statistical* (other arrivals of the same stream), *numerical* (meshes, steps, rasters and models, from the measured
-table at the most similar scene), *material_law* (other sets of the alloy, bounded or not), *restitution_friction* (through the
-collisions of the stream).  They are independent, so their half widths add by squares.
+Causes: *statistical* (other arrivals of the same stream), *numerical* (meshes, steps, rasters and models, from the
+measured table at the most similar scene), *material_law* (other sets of the alloy, bounded or not) and
+*restitution_friction* (through the collisions of the stream).  They are independent: half widths add by squares.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ _FAR = 1.0  # from the nearest measured scene: a factor e in one number
 
 
 def budget(work: Work) -> dict:
-    """The section ``uncertainty`` of metrics.json: {"coverage.final": {value, half_width_95, by_cause, mostly}, …, "table",
-    "stress_by_law"}.
+    """The section ``uncertainty`` of metrics.json.
 
-    Half widths in the metric's unit; a cause that nothing is known of is null.
+    {"coverage.final": {value, half_width_95, by_cause, mostly}, …, "table", "stress_by_law"}; half widths in the
+    metric's unit; a cause that nothing is known of is null.
     """
     metrics = json.loads((work.path / "metrics.json").read_text(encoding="utf-8"))
     scene = work.scene
@@ -108,14 +108,16 @@ def _chances(work: Work, metrics: dict, entry: dict | None) -> dict[str, float |
     if "surface" in work.complete:
         with np.load(work.path / "surface.npz") as data:
             x, y, z = data["x_m"], data["y_m"], data["z_m"]
-        for key, half in chance.surface_halves(z, x[1] - x[0], y[1] - y[0], dimple.radius_m, metrics["roughness"]).items():
-            found[f"roughness.{key}"] = half
+        halves = chance.surface_halves(z, x[1] - x[0], y[1] - y[0], dimple.radius_m, metrics["roughness"])
+        found |= {f"roughness.{key}": half for key, half in halves.items()}
     if "target" in work.complete:
         found |= _stress_chances(scene, metrics, entry, hits_half)
     return found
 
 
-def _coverage_chances(metrics: dict, radii: np.ndarray, count: int, hits_half: float, window) -> dict[str, float | None]:
+def _coverage_chances(
+    metrics: dict, radii: np.ndarray, count: int, hits_half: float, window: tuple[float, float]
+) -> dict[str, float | None]:
     c, hits = metrics.get("coverage", {}), _hits(metrics)
     if hits is None:
         return {}
@@ -158,7 +160,7 @@ def _stress_chances(scene: Scene, metrics: dict, entry: dict | None, hits_half: 
 
 
 def patch_scatter(entry: dict, hits: float) -> dict:
-    """Scatter of a patch's stress at ``hits`` per point, between the exposures at which it was measured (in logarithms)."""
+    """Scatter of a patch's stress at ``hits`` per point, between the measured exposures (in logarithms)."""
     at = list(entry["patch_hits"].values())
     measured = [entry["patches"][name] for name in entry["patch_hits"]]
     if not at:
@@ -195,14 +197,14 @@ def _law(metric: Metric, value: float, law, metrics: dict) -> float:
     """Response of the metric to the laws that might be true, by the exponents of ``metrics.py``."""
     if metric.exposure:
         return _by_exposure(metric, value, 2.0 * law.radius, metrics)
-    relative = abs(metric.radius) * law.radius + abs(metric.strength) * law.flow_stress + (law.strength if metric.stress else 0.0)
+    relative = abs(metric.radius) * law.radius + abs(metric.strength) * law.flow_stress
     if metric.stress:
-        return relative * _scale(metric, metrics)
+        return (relative + law.strength) * _scale(metric, metrics)
     return relative * abs(value)
 
 
 def _restitution(metric: Metric, value: float, energy: float, metrics: dict) -> float:
-    """Response to the stream's energy: hits per point as its root, as a^2 goes with the speed; the stress as the coverage."""
+    """Response to the stream's energy: hits per point as its root (a^2 goes with the speed), stress as the coverage."""
     if metric.name == "dimple.restitution":
         return _LOWER_E * value
     if metric.section == "dimple":

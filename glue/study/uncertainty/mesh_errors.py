@@ -1,4 +1,4 @@
-"""Numerical errors of a run's quantities: measured at the most similar scene, told by closed forms where shots never meet."""
+"""Numerical errors of a run's quantities: measured at the most similar scene, in closed form where shots never meet."""
 
 from __future__ import annotations
 
@@ -11,11 +11,13 @@ from glue.study.tradeoff.lookup import numerical
 _STAGES = ("dimple", "flow", "coverage", "target", "surface")
 
 
-def mesh_errors(entry: dict, scene: Scene, metrics: dict, restitution: float, complete: Collection[str]) -> dict[str, float]:
+def mesh_errors(
+    entry: dict, scene: Scene, metrics: dict, restitution: float, complete: Collection[str]
+) -> dict[str, float]:
     """{quantity: relative error}; "raster coverage" and "raster t98" are those of the sample points alone.
 
-    ``entry``: of the measured table; ``complete``: stages that were run.  Hits per point answer to dimple and flow through
-    "t98_avrami": measured at another exposure, an error of the coverage itself would mean something else.
+    ``entry``: of the measured table; ``complete``: stages that were run.  Hits per point answer to dimple and flow
+    through "t98_avrami": measured at another exposure, an error of the coverage itself would mean something else.
     """
     models = {"flow": metrics.get("flow", {}).get("model"), "target": metrics.get("target", {}).get("model")}
     stages = [s for s in _STAGES if s in complete]
@@ -29,10 +31,10 @@ def mesh_errors(entry: dict, scene: Scene, metrics: dict, restitution: float, co
 
 
 def ballistic_errors(scene: Scene, restitution: float) -> dict[str, float]:
-    """What leaving out collisions does, by the scene's own collision number (``glue.flow.regime``), wherever it was measured.
+    """What leaving out collisions does, by the scene's own collision number (``glue.flow.regime``), measured anywhere.
 
-    The energy's error E; hits per point as its root (a^2 goes with the speed), depth too; a share of the shots no larger than
-    the collisions per shot.
+    The energy's error E; hits per point as its root (a^2 goes with the speed), depth too; a share of the shots no
+    larger than the collisions per shot.
     """
     energy = expected_errors(scene, restitution)["ballistic"]
     lost = energy / max(1.0 - energy, 0.01)  # over the energy that is really left

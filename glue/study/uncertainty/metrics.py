@@ -1,8 +1,9 @@
 """The metrics that get an interval, and how each answers to a small change of what lies behind it.
 
-Exponents are those of closed forms: a dimple's depth goes as its radius a squared; peak force as flow stress times a^2, that
-is flow stress^1/2, and contact time as flow stress^-1/2 (rigid-plastic impact at constant energy); restitution as flow stress^(5/8) (Johnson, Contact Mechanics, eq.
-11.47, at constant modulus and speed); hits per point as a^2; roughness as the depth; depths of the stress profile as a.
+Exponents are those of closed forms: a dimple's depth goes as its radius a squared; peak force as flow stress times
+a^2, that is flow stress^1/2, and contact time as flow stress^-1/2 (rigid-plastic impact at constant energy);
+restitution as flow stress^(5/8) (Johnson, Contact Mechanics, eq. 11.47, at constant modulus and speed); hits per point
+as a^2; roughness as the depth; depths of the stress profile as a.
 """
 
 from __future__ import annotations
@@ -11,17 +12,15 @@ from typing import NamedTuple
 
 
 class Metric(NamedTuple):
-    """``radius``: exponent of the dimple radius; ``strength``: of the flow stress under one impact; ``exposure``: True where
-    the metric answers through hits per point; ``like``: the measured quantity whose numerical error it shares, times
-    ``share``."""
+    """A key of metrics.json and its answers."""
 
     section: str
     key: str
-    like: str = ""
+    like: str = ""  # the measured quantity whose numerical error it shares, times ``share``
     share: float = 1.0
-    radius: float = 0.0
-    strength: float = 0.0
-    exposure: str = ""  # "coverage": answers as the expected coverage does; "time": inversely
+    radius: float = 0.0  # exponent of the dimple radius
+    strength: float = 0.0  # exponent of the flow stress under one impact
+    exposure: str = ""  # answers through hits per point, "coverage": as the expected coverage does; "time": inversely
     stress: bool = False  # answers to the bounded law's strength
 
     @property

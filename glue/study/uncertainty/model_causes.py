@@ -1,4 +1,4 @@
-"""What no mesh mends: other published laws of the same alloy, laws with and without a bound, restitution and friction."""
+"""What no mesh mends: other published laws of the alloy, laws with and without a bound, restitution and friction."""
 
 from __future__ import annotations
 
@@ -16,10 +16,11 @@ from glue.target.layers import CONSTANTS
 from glue.target.strength import full_strength_Pa
 from glue.theory.impact_scale import REPRESENTATIVE_STRAIN, expected_impact
 
-# Flow stress of an alloy without other sets in the catalogue: as much as the three sets of 2024 differ among each other.
+# Flow stress of an alloy without other sets in the catalogue: as much as the three sets of 2024 differ.
 UNKNOWN_LAW = {"D": 0.0, "A": 0.05, "B": 0.1, "C": 0.14}
-# Restitution of 1 mm steel at 60 m/s on 2024, .340 at a/6, with what the default leaves out: target inertia .303, elastic shot
-# .379, both .348 (README, "What the single impact leaves out"); on a spot struck once before .42.  Relative to .340:
+# Restitution of 1 mm steel at 60 m/s on 2024, .340 at a/6, with what the default leaves out: target inertia .303,
+# elastic shot .379, both .348 (README, "What the single impact leaves out"); on a spot struck once before .42.
+# Relative to .340:
 LOWER, HIGHER, STRUCK = 0.11, 0.115, 0.24
 FRICTION = 0.1  # of the coefficient: what dry steel on metal is known to
 
@@ -30,20 +31,22 @@ class LawSpread(NamedTuple):
     flow_stress: float  # under one impact, at Tabor's strain
     radius: float  # of the dimple
     strength: float  # of the bounded law after full coverage: the layer model's stress is in proportion to it
-    stresses: dict[str, float]  # by law: change of that stress; a law without bound at the strain of the largest compression
+    stresses: dict[str, float]  # by law: change of that stress; one without bound at the strain of most compression
 
 
 def law_spread(scene: Scene, strain: float | None) -> LawSpread:
     """The catalogue's other sets of the same alloy, and the law of single impacts where impacts overlap.
 
-    ``strain``: mean equivalent plastic strain where the compression is largest; None where no profile tells it.  The radius
-    is that of ``impact_scale`` at each flow stress (within 1 % of the finite elements' ratios for the sets of 2024).
+    ``strain``: mean equivalent plastic strain where the compression is largest; None where no profile tells it.  The
+    radius is that of ``impact_scale`` at each flow stress (within 1 % of the finite elements' ratios for the sets of
+    2024).
     """
     own = scene.target.material
     nozzle, shots = reference_impact(scene)
 
     def impact(m: Material, stress_Pa: float) -> float:
-        return expected_impact(m.E_Pa * 1e-6, m.nu, stress_Pa * 1e-6, shots.density_kg_m3 * 1e-6, nozzle.normal_speed_m_s).radius
+        shot = shots.density_kg_m3 * 1e-6, nozzle.normal_speed_m_s
+        return expected_impact(m.E_Pa * 1e-6, m.nu, stress_Pa * 1e-6, *shot).radius
 
     def single(m: Material) -> float:
         return m.single_law.flow_stress_Pa(REPRESENTATIVE_STRAIN)

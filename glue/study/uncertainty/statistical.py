@@ -1,13 +1,15 @@
 """Chance: half widths of 95 % intervals [in the metric's unit] from a run's own log and surface.
 
-Coverage: impacts are a Poisson process, so two points d apart are both bare with probability exp(-lambda (2 - L(d)/<pi r^2>)),
-L the mean overlap of two discs; the variance of the bare share of a window is that over both points less the product
-(``glue.theory.avrami.coverage_sd``, Robbins 1944).  Time to a level: the same standard deviation at that level over the slope
-of the expected coverage there, dC/dt = (1 - C) ln(1/(1 - C))/t.  Hits per point of N impacts with dimple areas A_i: a compound
-Poisson sum, relative variance <A^2>/(N <A>^2).  Means over the log: batch means, for collisions come in bursts.  Sa, Sq and
-shape are means of |h|, h^2, h^3, h^4 over the levelled window: scatter of the means over its parts, over the root of their
-number.  Few batches or parts know their scatter badly: Student's factor in place of 1.96.  Sz, an extreme, scatters as much in
-a part as in the whole (the extremes' distribution shifts with the area, its width stays).  Stress of a patch: the scatter over seeds in the
+Coverage: impacts are a Poisson process, so two points d apart are both bare with probability
+exp(-lambda (2 - L(d)/<pi r^2>)), L the mean overlap of two discs; the variance of the bare share of a window is that
+over both points less the product (``glue.theory.avrami.coverage_sd``, Robbins 1944).  Time to a level: the same
+standard deviation at that level over the slope of the expected coverage there, dC/dt = (1 - C) ln(1/(1 - C))/t.
+Hits per point of N impacts with dimple areas A_i: a compound Poisson sum, relative variance <A^2>/(N <A>^2).
+
+Means over the log: batch means, for collisions come in bursts.  Sa, Sq and shape are means of |h|, h^2, h^3, h^4 over
+the levelled window: scatter of the means over its parts, over the root of their number.  Few batches or parts know
+their scatter badly: Student's factor in place of 1.96.  Sz, an extreme, scatters as much in a part as in the whole (the
+extremes' distribution shifts with the area, its width stays).  Stress of a patch: the scatter over seeds in the
 measured table, in proportion to the patch's side (independent places).
 """
 
@@ -31,7 +33,7 @@ _PART_IN_RADII = 5.0  # side of a part of the surface: wide enough that neighbou
 
 
 def coverage_half(coverage: float, radii_m: np.ndarray, window_m: tuple[float, float]) -> float | None:
-    """Of the coverage of one window where ``coverage`` (below 1) is expected; None for a window as small as a dimple."""
+    """Of the coverage of a window where ``coverage`` (below 1) is expected; None for a window as small as a dimple."""
     radius = np.quantile(radii_m, (np.arange(_RADII) + 0.5) / _RADII)
     try:
         return Z95 * coverage_sd(min(coverage, 1.0 - 1e-12), radius, window_m)
@@ -67,15 +69,18 @@ def flow_halves(impacts: np.ndarray, info: dict, poisson: bool) -> dict[str, flo
     energy = impacts["diameter_m"] ** 3 * impacts["density_kg_m3"] * speed**2
     of_energy = batch_half(energy)
     share = info.get("mean_normal_energy_fraction")
+    known = of_energy is not None and share is not None
     return {
         "mean_normal_speed_m_s": batch_half(speed),
-        "mean_normal_energy_fraction": None if of_energy is None or share is None else of_energy / float(energy.mean()) * share,
+        "mean_normal_energy_fraction": of_energy / float(energy.mean()) * share if known else None,
         "collided_fraction": batch_half((impacts["collisions_before"] > 0).astype(float)),
         "impacts": Z95 * math.sqrt(len(impacts)) if poisson else 0.0,
     }  # fmt: skip
 
 
-def surface_halves(z_m: np.ndarray, dx_m: float, dy_m: float, radius_m: float, roughness: dict) -> dict[str, float | None]:
+def surface_halves(
+    z_m: np.ndarray, dx_m: float, dy_m: float, radius_m: float, roughness: dict
+) -> dict[str, float | None]:
     """Of Sa, Sq, Sz, Ssk, Sku, from the parts of the height map; {} for a window too small to have parts."""
     side = min(z_m.shape[0] * dy_m, z_m.shape[1] * dx_m)
     cuts = int(side // (_PART_IN_RADII * radius_m))
@@ -91,7 +96,8 @@ def surface_halves(z_m: np.ndarray, dx_m: float, dy_m: float, radius_m: float, r
         return factor * float(np.std([part.mean() for part in parts(field)], ddof=1)) / cuts
 
     h, sq = level_plane(z_m, dx_m, dy_m), roughness["Sq_m"]
-    found: dict[str, float | None] = {"Sa_m": of_mean(np.abs(h)), "Sq_m": of_mean(h**2) / (2.0 * sq) if sq > 0.0 else None}
+    found: dict[str, float | None] = {"Sa_m": of_mean(np.abs(h))}
+    found["Sq_m"] = of_mean(h**2) / (2.0 * sq) if sq > 0.0 else None
     found["Sz_m"] = Z95 * float(np.std([areal(part, dx_m, dy_m)["Sz_m"] for part in parts(z_m)], ddof=1))
     if roughness.get("Ssk") is not None:
         u, skew, kurt = h / sq, roughness["Ssk"], roughness["Sku"]

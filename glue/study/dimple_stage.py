@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from glue.errors import InputError
-from glue.meshes import write_triangles
 from glue.scene import sizes
 from glue.scene.model import HardeningTable, JohnsonCook, Material, Scene
 from glue.solvers import build_plugin
@@ -29,6 +28,8 @@ def dimple_stage(work: Work) -> tuple[dict, list[str]]:
     Beside it the same shot at other speeds, down to SLOWEST of that and up to the fastest that a nozzle can shoot.  With
     ``accuracy.dimple_speed_ratio`` it lies between impacts at speeds that other scenes have too.
     """
+    from glue.meshes import write_triangles  # here: loads meshio
+
     ready_kernels()
     scene = work.scene
     nozzle, shots = reference_impact(scene)

@@ -14,9 +14,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
-from scipy.optimize import minimize_scalar
-from scipy.stats import t as student
 
 from glue.errors import InputError
 from glue.scene.asked import Machine
@@ -95,6 +92,8 @@ def _as_read(curves: IntensityCurve, factor: float, curve: MeasuredCurve) -> flo
 
     How many hits an exposure brings is not known: it is what makes the model's curve most like the measured one in shape.
     """
+    from scipy.optimize import minimize_scalar  # here and below: a second that scenes without a machine do without
+
     library, strip, stream = curves.library, curves.strip, curves.faster(factor)
     hits, exact = library.saturation(strip, stream)
     over, wanted = curve.exposure / curve.exposure[-1], curve.arc_height_m
@@ -113,6 +112,8 @@ def _as_read(curves: IntensityCurve, factor: float, curve: MeasuredCurve) -> flo
 
 def power_law(points: list[CurveSpeed]) -> PowerLaw:
     """The law through the speeds of several curves at different settings."""
+    from scipy.stats import t as student
+
     x, y = np.log([p.setting for p in points]), np.log([p.speed_m_s for p in points])
     sd = np.array([p.sd for p in points])
     if len(points) == 1:
@@ -138,6 +139,8 @@ class Calibrated(NamedTuple):
 
     def speed(self, setting: float) -> Speed:
         """Shot speed [m/s] at a setting inside the calibration."""
+        from scipy.interpolate import PchipInterpolator
+
         if self.law is not None:
             return self.law.speed(setting)
         if self.machine.law is not None:

@@ -14,11 +14,12 @@ from glue.study.results import load_dimple, load_impacts, plain
 from glue.study.stage import Stage, Work
 from glue.study.target_stage import refuse_target, target_stage
 from glue.surface.roughness import areal, profile, random_surface
-from glue.surface.stamp import height_map
 
 
 def surface_stage(work: Work) -> tuple[dict, list[str]]:
     """The peened surface over the whole window by the energy stamp, and its roughness."""
+    from glue.surface.stamp import height_map  # here: loads numba
+
     scene, dimple = work.scene, load_dimple(work.path)
     spacing = dimple.radius_m / scene.accuracy.stamp_points_per_radius
     law = scene.target.material.combined  # the bounded law, as in the target stage: impacts overlap

@@ -7,9 +7,10 @@ centred outside the window covers what it reaches inside.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from glue.errors import InputError
@@ -58,7 +59,7 @@ def coverage_history(x, y, time_s, semi_major, semi_minor, azimuth_rad, window_m
     cx, cy, t, major, minor, azimuth = (c[order] for c in columns)
     width, height = window_m
     nx, ny = int(np.ceil(width / spacing_m - 1e-9)), int(np.ceil(height / spacing_m - 1e-9))
-    new = _first_covers(cx, cy, major, minor, np.cos(azimuth), np.sin(azimuth), width, height, nx, ny)
+    new = _compiled()(cx, cy, major, minor, np.cos(azimuth), np.sin(azimuth), width, height, nx, ny)
     return History(t, np.cumsum(new) / (nx * ny), nx * ny)
 
 
@@ -139,7 +140,14 @@ def _check(columns, window_m, spacing_m):
         raise InputError(problems)
 
 
-@numba.njit(cache=True)
+@cache
+def _compiled() -> Callable[..., np.ndarray]:
+    """``_first_covers``, compiled."""
+    import numba  # here: half a second that who asks for the axes of a dimple does without
+
+    return numba.njit(cache=True)(_first_covers)
+
+
 def _first_covers(cx, cy, major, minor, cos, sin, width, height, nx, ny):
     """Number of lattice points that each ellipse is the first to cover, (n,) int64, in the order given.
 

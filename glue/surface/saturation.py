@@ -22,8 +22,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.stats import t as student
 
 from glue.errors import InputError
 
@@ -47,6 +45,8 @@ class Form(NamedTuple):
 
     def saturation(self, c: float) -> float:
         """T/b of (1)."""
+        from scipy.optimize import brentq  # here and below: a second that other stages do without
+
         if self.name == "hyperbola":
             return 4.5
         # with u = (T/b)^c: 1 - exp(-2^c u) = 1.1 (1 - exp(-u)); it has a root for 2^c > 1.1
@@ -108,6 +108,8 @@ class Saturation:
         return self._half_width("saturation", "saturation_sd")
 
     def _half_width(self, value: str, sd: str) -> float:
+        from scipy.stats import t as student
+
         best = self.best
         degrees = self.exposure.size - best.form.parameters
         # Another form that fits about as well might be the true one.

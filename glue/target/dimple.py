@@ -15,7 +15,6 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import LinearNDInterpolator
 
 from glue.atomic import atomic_path
 from glue.errors import InputError, NotConverged
@@ -306,6 +305,8 @@ def layer_stress(
     The stress is interpolated linearly between Gauss points, mirrored at the axis; depths are those of the
     undeformed material, from the surface (the value of the topmost Gauss points) to eight times the disc's radius.
     """
+    from scipy.interpolate import LinearNDInterpolator  # here: half a second that reading a dimple does without
+
     p = impact.points
     near = (p["r"] < 4 * disc_radius) & (p["z"] > -12 * disc_radius)
     r, z, s = p["r"][near], p["z"][near], p["s_rr"][near]

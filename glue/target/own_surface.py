@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import griddata
 
 from glue.errors import NotConverged
 from glue.target.tables import read_table
@@ -18,6 +17,8 @@ def own_surface(folder: Path, count: int, side_m: float, *, period_m: float | No
     origin, half the nodes' spacing apart, heights linear between the nodes where they lie now.
     Raises NotConverged when the surface folds away from a part of the square.
     """
+    from scipy.interpolate import griddata  # here: half a second that other stages do without
+
     table = read_table(folder / f"surface-{count}.csv")
     x, y = 1e-3 * table["x_mm"], 1e-3 * table["y_mm"]
     z = 1e-3 * table["u_z"]

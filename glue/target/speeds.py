@@ -10,7 +10,6 @@ from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from glue.errors import InputError, PeenError
 from glue.scene.model import Material
@@ -139,7 +138,9 @@ class Curve:
         return float(np.polyfit(np.log(self.speed_m_s), np.log(self.values), 1)[0])
 
 
-def _monotone(x: np.ndarray, y: np.ndarray) -> PchipInterpolator:
+def _monotone(x: np.ndarray, y: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    from scipy.interpolate import PchipInterpolator  # here: half a second that who asks for speeds only does without
+
     if len(x) >= SMOOTHED_FROM:
         middle = x.mean()
         smooth = np.polyval(np.polyfit(x - middle, y, 3), x - middle)

@@ -17,8 +17,6 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
-from scipy.optimize import brentq
 
 from glue.errors import InputError
 from glue.scene.catalogue import material
@@ -114,6 +112,7 @@ class StripLibrary:
 
     def saturation(self, strip: Strip, stream: Stream) -> tuple[float, float]:
         """(hits, arc height [m]) at the exact root of h(2 T) = 1.1 h(T).  Raises InputError when there is none."""
+        from scipy.optimize import brentq  # here and below: half a second that other stages do without
 
         def over(x: float) -> float:
             hits = math.exp(x)
@@ -143,6 +142,8 @@ class IntensityCurve:
     POINTS = 17
 
     def __init__(self, library: StripLibrary, strip: Strip, stream: Stream):
+        from scipy.interpolate import PchipInterpolator
+
         self.library, self.strip, self.stream = library, strip, stream
         equivalent = stream.normal_speed_m_s * np.sqrt(stream.density_kg_m3 / DENSITY_kg_m3)
         least, most = library.speeds_m_s[0] / equivalent.min(), library.speeds_m_s[-1] / equivalent.max()
@@ -178,6 +179,8 @@ class IntensityCurve:
 
         Raises InputError with what can be had when it lies beyond.
         """
+        from scipy.optimize import brentq
+
         y = math.log(intensity_m)
         if not self.y[0] <= y <= self.y[-1]:
             ends = (

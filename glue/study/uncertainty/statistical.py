@@ -19,7 +19,6 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from scipy.stats import t as student
 
 from glue.errors import InputError
 from glue.flow.impacts import normal_speed_m_s
@@ -57,8 +56,10 @@ def batch_half(values: np.ndarray) -> float | None:
     """Of the mean of ``values`` (n,) in order of time, from the scatter of the means of consecutive batches."""
     if values.size < 4 * _BATCHES:
         return None
+    from scipy.special import stdtrit  # here and below: Student's, as scipy.stats has it, which loads for a second
+
     means = np.array([part.mean() for part in np.array_split(values, _BATCHES)])
-    return float(student.ppf(0.975, _BATCHES - 1) * means.std(ddof=1)) / math.sqrt(_BATCHES)
+    return float(stdtrit(_BATCHES - 1, 0.975) * means.std(ddof=1)) / math.sqrt(_BATCHES)
 
 
 def flow_halves(impacts: np.ndarray, info: dict, poisson: bool) -> dict[str, float | None]:
@@ -86,8 +87,10 @@ def surface_halves(
     cuts = int(side // (_PART_IN_RADII * radius_m))
     if cuts < 2:
         return {}
+    from scipy.special import stdtrit
+
     cuts = min(cuts, 5)
-    factor = float(student.ppf(0.975, cuts**2 - 1))
+    factor = float(stdtrit(cuts**2 - 1, 0.975))
 
     def parts(field: np.ndarray) -> list[np.ndarray]:
         return [p for row in np.array_split(field, cuts, axis=0) for p in np.array_split(row, cuts, axis=1)]

@@ -44,7 +44,7 @@ def run_snakemake(
         mark.unlink()
     args: list[str | Path] = [
         "--snakefile", SNAKEFILE, "--directory", out.resolve(), "--nolock", "--rerun-incomplete", "--rerun-triggers", "mtime",
-        "--keep-going", "--jobs", str(jobs),
+        "--keep-going", "--scheduler", "greedy", "--jobs", str(jobs),
     ]  # fmt: skip
     if profile is None:
         args += ["--cores", str(jobs)]

@@ -11,6 +11,7 @@ Prints ``run NAME``, ``tell NAME STAGE SHARE``, ``done NAME SECONDS`` or ``faile
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import os
 import sys
@@ -50,7 +51,7 @@ def main(argv: list[str]) -> int:
                 mark(args.out / DONE / args.run / args.stage)
             else:
                 while (name := claim(args.out / QUEUE)) is not None:
-                    print(f"run {name}", flush=True)
+                    _say(f"run {name}")
                     do_run(args.out, plan, runs[name], plan["stages"])
     except KeyboardInterrupt:
         return 130
@@ -71,7 +72,7 @@ def do_run(out: Path, plan: dict, run: dict, stages: list[str]) -> None:
             note(out, name, stage, "done" if text == "done" else "was done")
         if time.monotonic() > at["told"] + _TELL_EVERY_S:
             at["told"] = time.monotonic()
-            print(f"tell {name} {stage} {fraction or 0.0:.3f}", flush=True)
+            _say(f"tell {name} {stage} {fraction or 0.0:.3f}")
 
     try:
         pipeline.run(
@@ -88,11 +89,17 @@ def do_run(out: Path, plan: dict, run: dict, stages: list[str]) -> None:
         traceback.print_exc()
         code, cause = 1, f"{type(problem).__name__}: {problem}"
     else:
-        print(f"done {name} {time.monotonic() - begun:.3f}", flush=True)
+        _say(f"done {name} {time.monotonic() - begun:.3f}")
         return
     record_failure(out, name, code, at["stage"], cause)
     note(out, name, at["stage"], "failed")
-    print(f"failed {name} {code}", flush=True)
+    _say(f"failed {name} {code}")
+
+
+def _say(line: str) -> None:
+    """To whoever started this process; that nobody reads it any more is no failure of the run."""
+    with contextlib.suppress(BrokenPipeError):
+        print(line, flush=True)
 
 
 def _library(plan: dict, runs: dict, number: int, jobs: int | None) -> None:

@@ -110,11 +110,11 @@ bench-intensity: plugin ## Almen intensity: standards' numbers, round trips, a n
 
 check-report: plugin tools ## the reports of a run and of a study in headless Chromium (installed when missing): console, slider, figures, widths, paper
 	$(BIN)/python tests/report/browser_check.py --json build/report/check.json
-bench-design: plugin ## a design, and its proposal re-run at balanced with fresh seeds (10 minutes; goes on where it was)
+bench-design: plugin ## a design, and its proposal re-run at balanced with fresh seeds (20 minutes; goes on where it was)
 	@mkdir -p build/bench
 	$(BIN)/python tests/benchmarks/bench_design.py --json build/bench/design.json
 
-bench-dilute: setup ## coverage in the dilute limit against Avrami, mean and scatter of 500 seeds (2 minutes)
+bench-dilute: setup ## coverage in the dilute limit against Avrami, mean and scatter of 1000 seeds (20 minutes)
 	@mkdir -p build/bench
 	$(BIN)/python tests/benchmarks/bench_dilute.py --json build/bench/dilute.json
 
@@ -152,7 +152,7 @@ bench-sweep: plugin ## the study of 200 runs, killed in the middle and gone on w
 
 STUDIES := coverage-mass-flow coverage-speed coverage-diameter coverage-angle coverage-feed stress-coverage stress-speed stress-diameter stress-shots
 
-studies: plugin ## the shipped studies: tables, figures, summary, trends, into build/studies (15 minutes; goes on where it was stopped)
+studies: plugin ## the shipped studies: tables, figures, summary, trends, into build/studies (8 minutes; goes on where it was stopped)
 	@mkdir -p build/bench
 	for study in $(STUDIES); do $(BIN)/peen sweep $$study --out build/studies/$$study >/dev/null || exit; done
 	$(BIN)/python -m glue.report.study_figures build/studies --docs docs/studies.png

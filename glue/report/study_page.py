@@ -121,7 +121,9 @@ def _plots(axes: list[dict], rows: list[dict], metrics: list[str]) -> str:
                 words = escape(f"Against {_name(axis)}, by {_others(axis, axes)}:")
                 key += f'<p class="note">{words}</p>' + legend([s.label for s in series])
         if drawn:
-            parts.append(f'<figure><h3>{escape(_titled(shown))}</h3><div class="plots">{"".join(drawn)}</div>{key}</figure>\n')
+            known = sum(_value(row, name) is not None for row in done)
+            some = "" if known == len(done) else f" (of {known} of {len(done)} runs, which have it)"
+            parts.append(f'<figure><h3>{escape(_titled(shown) + some)}</h3><div class="plots">{"".join(drawn)}</div>{key}</figure>\n')
     note = (
         '<p class="note">Each point is a setting, its bar 95 %: over replicates where there are several, else as the run itself'
         " states. Settings that differ in the axis shown alone are joined up.</p>\n"
@@ -153,7 +155,8 @@ def _series(axis: dict, axes: list[dict], rows: list[dict], name: str, factor: f
         x = _float(places[point]) if numeric else float(words.index(places[point]))
         others = tuple(group[0].get(key, "") for other in axes if other is not axis for key in other["keys"])
         lines.setdefault(others, []).append((x, *_mean(group, name, factor)))
-    joined = len(lines) <= _MOST_SERIES and all(len(points) > 1 for points in lines.values())
+    single = all(len({x for x, _, _ in points}) == len(points) for points in lines.values())  # by another key of the axis
+    joined = single and len(lines) <= _MOST_SERIES and all(len(points) > 1 for points in lines.values())
     if not joined:
         lines = {(): [point for points in lines.values() for point in points]}
     found = []

@@ -26,7 +26,7 @@ def coverage_stage(work: Work) -> tuple[dict, list[str]]:
     ``avrami`` takes from the log how many impacts fell into the window and how large their dimples are, and from
     the nozzles how they are spread over place and time; ``avrami_mass_flow`` takes their number from the mass
     flow too, and ``avrami_undisturbed`` also their dimples, from the speed at the nozzle: what shots that meet no
-    other and no air would do (of an oblique impact without the lengthening by friction).
+    other and no air would do.
     """
     scene, dimple = work.scene, load_dimple(work.path)
     impacts, window = load_impacts(work.path, scene), scene.target.window_m

@@ -18,6 +18,7 @@ from glue.flow.footprint import fluence_1_m2
 from glue.scene import sizes
 from glue.scene.consistency import estimated_dimple_radius_m
 from glue.scene.model import Scene
+from glue.surface.coverage import lengthening
 from glue.surface.window import surface_points
 
 POINTS = 9  # a side, of the raster over which the window's hits are sampled
@@ -90,7 +91,7 @@ def dimple_areas_m2(scene: Scene, dimple, impacts: np.ndarray, area_m2: np.ndarr
     """Mean dimple area by nozzle and medium, (nozzles, media) [m^2].
 
     Of ``impacts`` with dimple areas ``area_m2`` (n,) where there are any of the kind, else that of a shot as it
-    leaves the nozzle.
+    leaves the nozzle, on a flat target.
     """
     found = np.empty((len(scene.nozzles), len(scene.media)))
     for i, nozzle in enumerate(scene.nozzles):
@@ -99,8 +100,10 @@ def dimple_areas_m2(scene: Scene, dimple, impacts: np.ndarray, area_m2: np.ndarr
             if own.any():
                 found[i, k] = area_m2[own].mean()
             else:
-                per_diameter = dimple.radius_for(1.0, nozzle.normal_speed_m_s, shots.density_kg_m3)
-                found[i, k] = math.pi * float(per_diameter) ** 2 * mean_square_diameter_m2(shots)
+                along = math.sqrt(max(nozzle.speed_m_s**2 - nozzle.normal_speed_m_s**2, 0.0))
+                radius = float(dimple.radius_for(shots.diameter_m, nozzle.normal_speed_m_s, shots.density_kg_m3))
+                longer = float(lengthening(dimple, shots.diameter_m, shots.density_kg_m3, radius, along))
+                found[i, k] = math.pi * longer * (radius / shots.diameter_m) ** 2 * mean_square_diameter_m2(shots)
     return found
 
 

@@ -106,13 +106,18 @@ def dimple_semi_axes(dimple, impacts):
     diameter, density = (np.asarray(impacts[name], dtype=float) for name in ("diameter_m", "density_kg_m3"))
     along = tangential_velocity_m_s(impacts)
     semi_minor = np.asarray(dimple.radius_for(diameter, normal_speed_m_s(impacts), density))
-    heavier = np.sqrt(density / dimple.density_kg_m3)
-    loading_time = dimple.contact_time_s / CONTACT_OVER_LOADING * diameter / dimple.diameter_m * heavier
-    with np.errstate(divide="ignore", invalid="ignore"):
-        speed = np.sqrt((along**2).sum(axis=-1))
-        sweep = np.where(semi_minor > 0.0, 2.0 * speed * loading_time / semi_minor, 0.0)
+    speed = np.sqrt((along**2).sum(axis=-1))
     azimuth = np.arctan2(along[:, 1], along[:, 0])
-    return semi_minor * stretch(sweep), semi_minor, azimuth
+    return semi_minor * lengthening(dimple, diameter, density, semi_minor, speed), semi_minor, azimuth
+
+
+def lengthening(dimple, diameter_m, density_kg_m3, semi_minor_m, tangential_speed_m_s):
+    """Length over width of the dimples of oblique impacts (arrays of one shape, or numbers); see ``dimple_semi_axes``."""
+    heavier = np.sqrt(np.asarray(density_kg_m3) / dimple.density_kg_m3)
+    loading_time = dimple.contact_time_s / CONTACT_OVER_LOADING * diameter_m / dimple.diameter_m * heavier
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sweep = 2.0 * tangential_speed_m_s * loading_time / np.asarray(semi_minor_m, dtype=float)
+    return stretch(np.where(np.asarray(semi_minor_m) > 0.0, sweep, 0.0))
 
 
 def _check(columns, window_m, spacing_m):

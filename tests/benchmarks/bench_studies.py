@@ -4,8 +4,9 @@
 
 Expected exponents follow from counting dimples: t98 = ln 50 S / (n pi a^2), n = mdot / (rho pi d^3/6) shots a second on
 the jet's footprint S, and dimples of radius a ~ d v^p, where p is that of the single impacts that the studies solved.
-A fitted exponent may be off by three of its own standard errors (chance), plus what collisions are known to do: at
-2 g/s some 5 % of time, 3 to 9 % over an axis, that is up to COLLISIONS of exponent.  It is stated, not fitted.
+A fitted exponent may be off by three of its own standard errors (chance), plus COLLISIONS: these studies run at
+collision numbers of .004 to .011, where shots that meet cost some .5 to 1 % of the time, so that over an axis they
+move an exponent by less than that.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from glue.solvers import repo_root
 from glue.study.sweep.points import Point, Power, power, read_points
 
 FOLDER = repo_root() / "build" / "studies"
-COLLISIONS = 0.08
+COLLISIONS = 0.01
 T98, HITS = panels.TIME_98, "hits"
 RADIUS, RADIUS_SPEED = "dimple.radius_m", "dimple.speed_m_s"
 # Length over width of oblique dimples at 90, 45 and 30 degrees, see glue.surface.coverage.dimple_semi_axes
@@ -114,10 +115,11 @@ def stress_by_coverage(rows: Rows) -> None:
 
 
 def stress_by_shots(rows: Rows) -> None:
-    """Few impacts add up; what many leave is bounded by the hardened layer's strength (glue.target.layers, (5) and (9))."""
+    """Few impacts add up, what many leave is bounded: both are in the layer model's equations (5) and (9), at exposures
+    below those of its calibration.  What is looked at is that counts, sizes and the part's balance do not spoil it."""
     points = read_points(FOLDER / "stress-shots")
     few, many = (power(some, panels.IMPACTS.column, panels.LARGEST.column) for some in (points[:2], points[-2:]))
-    _exponent(rows, "largest stress against number of shots, few", few, 1.0, 0.1)
+    _exponent(rows, "largest stress against number of shots, few (built in)", few, 1.0, 0.1)
     rows.true("and grows less with many", many.exponent + many.standard_error < few.exponent, _told(many))
 
 

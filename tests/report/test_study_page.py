@@ -17,7 +17,7 @@ from study_case import FLOWS, SPEEDS, write_study  # noqa: E402
 
 from glue.errors import InputError  # noqa: E402
 from glue.report.plots import Series, _log_ticks, plot  # noqa: E402
-from glue.report.study_page import _series, write_study_report  # noqa: E402
+from glue.report.study_page import _plots, _series, write_study_report  # noqa: E402
 
 
 def rows_and_axes(folder):
@@ -112,3 +112,14 @@ def test_a_logarithmic_axis_spaces_equal_ratios_equally():
 def test_a_logarithmic_axis_has_some_ticks_within_it(low, high):
     ticks = _log_ticks(np.log10(low), np.log10(high))
     assert 3 <= len(ticks) <= 7 and all(low * 0.999 <= t <= high * 1.001 for t in ticks) and len(set(ticks)) == len(ticks)
+
+
+def test_runs_without_a_value_are_told_and_points_of_another_key_are_not_joined(tmp_path):
+    folder = write_study(tmp_path)
+    rows, axes = rows_and_axes(folder)
+    name = next(column for column in rows[0] if column == "coverage.final")
+    together = [{"keys": [key for axis in axes for key in axis["keys"]], "name": "both"}]
+    series, _ = _series(together[0], together, rows, name, 1.0)
+    assert not any(s.joined for s in series)  # the first key has each value several times
+    rows[0] = rows[0] | {name: ""}
+    assert f"(of {len(rows) - 1} of {len(rows)} runs, which have it)" in _plots(axes, rows, [name])

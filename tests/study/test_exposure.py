@@ -11,6 +11,7 @@ import pytest
 from glue.scene.model import Feed, Pulse, Surface
 from glue.scene.reader import example_path, read_scene
 from glue.study.exposure import Hits, dimple_areas_m2, expected_hits, number_shares
+from glue.surface.coverage import dimple_semi_axes
 from glue.theory import avrami
 
 AREA = math.pi * 0.2e-3**2
@@ -108,10 +109,20 @@ def test_areas_are_those_of_the_log_or_of_the_shot_as_it_left(scene):
 
     from glue.flow.impacts import COLUMNS
 
-    dimple = SimpleNamespace(radius_for=lambda d, v, rho: 0.2 * d * math.sqrt(v / 60.0) * (rho / 7800.0) ** 0.25)
+    dimple = SimpleNamespace(
+        radius_for=lambda d, v, rho: 0.2 * d * np.sqrt(v / 60.0) * (rho / 7800.0) ** 0.25,
+        contact_time_s=2e-6, diameter_m=1e-3, density_kg_m3=7800.0,
+    )  # fmt: skip
     two = changed(scene, media=(dataclasses.replace(scene.shots, mass_fraction=0.5),) * 2)
     log = np.zeros(3, COLUMNS)
     found = dimple_areas_m2(two, dimple, log, np.array([1.0, 2.0, 6.0]))
     rho = scene.shots.density_kg_m3
     assert found[0, 0] == 3.0
     assert found[0, 1] == pytest.approx(math.pi * (0.2 * 1e-3) ** 2 * math.sqrt(rho / 7800.0), rel=1e-9)
+    oblique = changed(two, nozzles=(dataclasses.replace(scene.nozzle, impact_angle_deg=30.0),))
+    log = np.zeros(1, COLUMNS)  # what such a shot leaves when it strikes
+    log["diameter_m"], log["density_kg_m3"], log["nz"] = 1e-3, rho, 1.0
+    log["vx_in_m_s"], log["vz_in_m_s"] = 60.0 * math.cos(math.radians(30.0)), -60.0 * math.sin(math.radians(30.0))
+    major, minor, _ = dimple_semi_axes(dimple, log)
+    assert major[0] > 1.05 * minor[0]
+    assert dimple_areas_m2(oblique, dimple, log[:0], np.empty(0))[0, 0] == pytest.approx(math.pi * major[0] * minor[0], rel=1e-6)

@@ -170,6 +170,9 @@ readme: checks $(README_RUNS) ## measure again what README.md shows: the default
 	-$(MAKE) bench-intensity
 	-$(MAKE) bench-target-error
 	-$(MAKE) bench-sweep
+	-$(MAKE) check-cluster
+	-$(MAKE) studies
+	-$(MAKE) bench-design
 	-$(MAKE) bench-dilute
 	-$(MAKE) bench-trends
 	$(BIN)/python -m glue.report.readme $(README_RUNS)

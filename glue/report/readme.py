@@ -23,7 +23,9 @@ from glue.study.rundir import METRICS, STAGE_ORDER
 from glue.study.summary import summary
 from glue.study.tradeoff.table import packaged
 
-BENCHMARKS = ("flow", "dimple", "target", "intensity", "target-error", "sweep", "dilute", "trends")
+BENCHMARKS = (
+    "flow", "dimple", "target", "intensity", "target-error", "sweep", "cluster", "studies", "design", "dilute", "trends",
+)  # fmt: skip
 LADDER_SCENE = "al2024-s390"
 FIGURES = ("impact_map", "coverage", "residual_stress", "height_map", "dimple")
 
@@ -81,7 +83,7 @@ def bench_table(file: Path) -> str:
     try:
         record = json.loads(file.read_text(encoding="utf-8"))
     except OSError:
-        raise InputError(f"{file}: no result of a benchmark; run make bench-{file.stem}") from None
+        raise InputError(f"{file}: no result of a benchmark; run make bench-{file.stem} (make studies, make check-cluster)") from None
     lines = ["| | measured | limit | | |", "|---|---:|---|---|---|"]
     lines += ["| " + " | ".join([*_cells(row), _escaped(row["note"])]) + " |" for row in record["rows"]]
     return "\n".join(lines)

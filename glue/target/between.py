@@ -24,7 +24,7 @@ from glue.target.reduced_impact import Numerics, copy_record, solve_reduced
 from glue.target.speeds import solve_speeds
 
 # Of neighbouring speeds.  Half way between, on 2024 and 4340 at a/3: radius and depth within .1 %, restitution .6 %, peak
-# force .8 %, largest layer stress 1.5 %, most of it that mesh's scatter: .1, .2, .3 and .1 % at a/6 (make bench-dimple).
+# force .8 %, largest layer stress 1.5 %, most of it that mesh's scatter: .05, .3, .5 and .6 % at a/6 (make bench-dimple).
 RATIO = math.sqrt(2.0)
 DENSITY_KG_M3 = 7800.0  # of the shot of shared impacts: steel's, so that most scenes' speeds are their own
 

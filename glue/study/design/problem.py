@@ -8,7 +8,7 @@ import json
 import math
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -31,6 +31,12 @@ from glue.target.cache import content_key
 SEARCH = {"accuracy": {"preset": "fast"}, "models.flow": "event", "models.target": "layers"}
 RECORD = "problem.json"
 MAX_AXES = 8  # corners of the window are looked at one by one
+# What the search and the re-runs set themselves: an axis of these would undo the confirmation.
+_OWN = {
+    "seed": "every re-run has another, so that chance is in the verdict", "schema": "it says how the scene file is read",
+    "name": "it changes nothing of a run", "accuracy": "the search runs at fast, the re-runs at --confirm",
+    "models": "the search runs the fast ones, the re-runs the scene's own",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -107,7 +113,13 @@ def read_problem(scene_argument: str, goals: Goals, axes: tuple[Axis, ...]) -> P
     problem = Problem(scene_file, read_bytes(scene_file), goals, axes)
     base = problem.scene({})  # a scene at fault is told before its axes
     problems = [] if len(axes) <= MAX_AXES else [f"--vary: {len(axes)} axes; allowed up to {MAX_AXES}"]
-    problems += problem.misfits() if not problems else []
+    own = {axis: _OWN[table] for axis in axes if (table := axis.key.partition(".")[0].strip()) in _OWN}
+    others = replace(problem, axes=tuple(axis for axis in axes if axis not in own))
+    problems += others.misfits() if not problems else []
+    problems += [
+        f"--vary {axis.key}: cannot be varied: {why}; allowed: other keys of the scene, such as nozzle.speed_m_s"
+        for axis, why in own.items()
+    ]
     if base.specification is not None and any(axis.key.endswith("speed_m_s") for axis in axes):
         problems.append("--vary nozzle.speed_m_s: the scene says an intensity; allowed: a scene that says a speed")
     if problems:

@@ -203,4 +203,9 @@ def _target(text: str, problems: list[str]) -> Target | None:
     except ValueError:
         problems.append(f"--target {text}: {number} is no number")
         return None
-    return Target(found, +1 if sign == ">=" else -1, value * found.units[unit])
+    limit = value * found.units[unit]
+    if found.path == SHORT["max_compressive"] and limit > 0.0:  # met by every setting, or by none
+        meant = f"{name}<=-{number.lstrip('+')}{unit}"
+        problems.append(f"--target {text}: compression is negative here: did you mean {meant}? allowed: up to 0")
+        return None
+    return Target(found, +1 if sign == ">=" else -1, limit)

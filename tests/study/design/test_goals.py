@@ -45,6 +45,13 @@ def test_everything_that_is_wrong_is_told_at_once():
     assert "named twice" in said[4] and "at least 98 % and at most 90 %" in said[5]
 
 
+def test_compression_is_negative():
+    for name, sign in (("max_compressive", "<="), ("residual_stress.max_compressive_Pa", ">=")):
+        with pytest.raises(InputError, match=rf"compression is negative here: did you mean {name}<=-250MPa\?"):
+            read_goals([f"{name}{sign}250MPa"], ["Sa"])
+    assert read_goals(["surface_stress<=50MPa", "max_compressive<=0MPa"], ["Sa"]).targets[0].limit == pytest.approx(50e6)
+
+
 def test_a_key_path_is_answered_with_its_section():
     with pytest.raises(InputError, match="allowed: residual_stress.surface_Pa, .*arc_height_m"):
         read_goals(["residual_stress.arc_height>=1mm"], ["Sa"])

@@ -39,9 +39,11 @@ _UNITS = {  # ending of the key: {unit: factor to SI}, the first the one printed
     "_s": {"s": 1.0, "min": 60.0, "h": 3600.0},
     "_N": {"N": 1.0},
     "_kg": {"kg": 1.0, "g": 1e-3},
+    ".percent": {"%": 1.0, "": 1.0},
 }
 _SHARES = {"coverage.final", "coverage.avrami_final", "coverage.avrami_mass_flow_final", "coverage.peeq_final",
-           "flow.collided_fraction", "flow.mean_normal_energy_fraction", "coverage.beyond_table_share"}  # fmt: skip
+           "flow.collided_fraction", "flow.mean_normal_energy_fraction", "coverage.beyond_table_share",
+           "coverage.beyond_table_area_share"}  # fmt: skip
 _FORM = re.compile(r"\s*([A-Za-z][\w.]*)\s*(>=|<=)\s*([-+−]?[\d.]+(?:[eE][-+]?\d+)?)\s*([^\s\d]*)\s*")
 
 
@@ -204,6 +206,10 @@ def _target(text: str, problems: list[str]) -> Target | None:
         problems.append(f"--target {text}: {number} is no number")
         return None
     limit = value * found.units[unit]
+    if found.path in _SHARES and not 0.0 <= limit <= 1.0:
+        meant = f"{value:g} % is written {value:g}% or {value / 100.0:g}; " if not unit and 1.0 < value <= 100.0 else ""
+        problems.append(f"--target {text}: {meant}{name} is a share; allowed: 0 to 1, or 0% to 100%")
+        return None
     if found.path == SHORT["max_compressive"] and limit > 0.0:  # met by every setting, or by none
         meant = f"{name}<=-{number.lstrip('+')}{unit}"
         problems.append(f"--target {text}: compression is negative here: did you mean {meant}? allowed: up to 0")

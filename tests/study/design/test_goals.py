@@ -52,6 +52,16 @@ def test_compression_is_negative():
     assert read_goals(["surface_stress<=50MPa", "max_compressive<=0MPa"], ["Sa"]).targets[0].limit == pytest.approx(50e6)
 
 
+def test_a_share_has_a_limit_from_0_to_1():
+    with pytest.raises(InputError, match="98 % is written 98% or 0.98; coverage is a share"):
+        read_goals(["coverage>=98"], ["Sa"])
+    for wrong in ("coverage>=150%", "flow.collided_fraction<=-0.1", "coverage.beyond_table_area_share<=2"):
+        with pytest.raises(InputError, match="is a share; allowed: 0 to 1, or 0% to 100%"):
+            read_goals([wrong], ["Sa"])
+    found = read_goals(["coverage>=100%", "coverage.percent>=200%"], ["Sa"]).targets  # as the trade counts, in per cent
+    assert [t.limit for t in found] == [1.0, 200.0]
+
+
 def test_a_key_path_is_answered_with_its_section():
     with pytest.raises(InputError, match="allowed: residual_stress.surface_Pa, .*arc_height_m"):
         read_goals(["residual_stress.arc_height>=1mm"], ["Sa"])

@@ -75,8 +75,8 @@ def design(
     """Search the window of ``problem``, confirm the winner at ``preset`` (None: not at all), write it all into ``out``.
 
     ``jobs`` settings are run at a time (default: one per core, MOST_JOBS at most; it does not change what is found).  The same
-    call goes on where a stopped one was; more ``evaluations`` add to those that are there.  Raises InputError,
-    SolverFailed; settings that are refused or fail alone are part of the result.
+    call goes on where a stopped one was and tries those that failed again; more ``evaluations`` add to those that are
+    there.  Raises InputError, SolverFailed; settings that are refused or fail alone are part of the result.
     """
     problems = []
     if preset is not None and preset not in PRESETS:
@@ -93,7 +93,7 @@ def design(
     claim(out, problem)
     known = read_history(out / FILE, axes, goals)
     told = "all evaluations were there"
-    if sum(e.number < evaluations for e in known) < evaluations:
+    if sum(e.number < evaluations and e.state != "failed" for e in known) < evaluations:
         told = solve_window(problem, jobs, lambda share, text: progress("dimples", share, text))
         progress("dimples", 1.0, told)
     found = list(known)
@@ -103,7 +103,8 @@ def design(
 
         def within(running: list[News]) -> None:
             words = "; ".join(f"{stage} {text}".strip() for stage, _, text in running)
-            progress("search", len(found) / evaluations, f"{len(found)} of {evaluations}, {_best(found, problem)}; {words}")
+            so_far = f"{len(found)} of {evaluations}, {_best(found, problem)}"
+            progress("search", min(len(found) / evaluations, 0.999), f"{so_far}; {words}")
 
         pool.run(_evaluate, orders, tell, within)
 
@@ -159,7 +160,7 @@ def _write(result: Design) -> None:
 def as_dict(result: Design) -> dict:
     """``design.json``: plain values, SI units."""
     problem, goals = result.problem, result.problem.goals
-    done = [e for e in result.evaluations if e.state == "done"]
+    states = [e.state for e in result.evaluations]
     near = front.nearest(result.evaluations, goals)
     return {
         "schema": 1,
@@ -170,7 +171,8 @@ def as_dict(result: Design) -> dict:
         "axes": [str(axis) for axis in problem.axes],
         "verdict": result.verdict,
         "meaning": VERDICTS[result.verdict][1],
-        "evaluations": {"count": len(result.evaluations), "refused": len(result.evaluations) - len(done),
+        "evaluations": {"count": len(result.evaluations), "refused": states.count("refused"),
+                        "failed": states.count("failed"),
                         "meet_all_targets": len(front.ranked(result.evaluations, goals)),
                         "seconds": sum(e.wall_s for e in result.evaluations), "file": FILE},
         "dimples": result.dimples,

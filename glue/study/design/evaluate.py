@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from glue.errors import PeenError
+from glue.errors import InputError, PeenError
 from glue.scene.reader import read_scene
 from glue.study import pipeline
 from glue.study.design.goals import Goals, Quantity, Reading
@@ -20,7 +20,10 @@ NEVER = -10.0  # scaled slack of a quantity that could not be determined, or of 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """``state``: "done", or "refused" with its ``cause``; ``readings`` by key path, None for what has no value."""
+    """``state``: "done"; with its ``cause`` "refused" (never a run) or "failed" (a solver, which may do it another time).
+
+    ``readings`` by key path, None for what has no value.
+    """
 
     number: int
     values: Mapping[str, object]
@@ -76,6 +79,7 @@ def _run(problem, number, values, folder, changes, expected, progress) -> Evalua
         scene = read_scene(path / "scene.toml", content=content)
     except PeenError as error:
         cause = " ".join(str(error).split("\n  log:")[0].split())[:300]
-        return Evaluation(number, values, "refused", wall_s=time.monotonic() - begun, cause=cause)
+        state = "refused" if isinstance(error, InputError) else "failed"
+        return Evaluation(number, values, state, wall_s=time.monotonic() - begun, cause=cause)
     readings = {q.path: q.read(metrics, scene, expected) for q in problem.goals.quantities}
     return Evaluation(number, values, "done", readings, time.monotonic() - begun)

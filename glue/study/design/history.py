@@ -1,4 +1,4 @@
-"""``evaluations.csv``: every setting that was tried, one a line; what stands there is never run again."""
+"""``evaluations.csv``: every setting that was tried, one a line; only what failed is run again."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ from glue.study.design.evaluate import Evaluation
 from glue.study.design.goals import Goals, Reading
 
 FILE = "evaluations.csv"
+STATES = ("done", "refused", "failed")
 _HEAD = ("number", "state", "feasible", "worst_slack", "wall_s")
 
 
 def write_history(path: Path, evaluations: Sequence[Evaluation], axes: Sequence[Axis], goals: Goals) -> None:
-    """All ``evaluations`` by number: axes, quantities with the half widths of a re-run and of all causes, cause of refusals."""
+    """All ``evaluations`` by number: axes, quantities, half widths of a re-run and of all causes, cause of no result."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     columns = [c for q in goals.quantities for c in (q.path, f"{q.path} half_width_95_rerun", f"{q.path} half_width_95")]
@@ -48,7 +49,7 @@ def _evaluation(row: dict[str, str], axes: Sequence[Axis], goals: Goals) -> Eval
     for q in goals.quantities if row["state"] == "done" else ():
         cells = [row[name] for name in (q.path, f"{q.path} half_width_95_rerun", f"{q.path} half_width_95")]
         readings[q.path] = None if "" in cells else Reading(*map(float, cells))
-    if row["state"] not in ("done", "refused"):
+    if row["state"] not in STATES:
         raise ValueError(f"state {row['state']}")
     values = {axis.key: _value(row[axis.key], axis) for axis in axes}
     return Evaluation(int(row["number"]), values, row["state"], readings, float(row["wall_s"]), row["cause"])

@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 
 from scipy.stats import qmc
 
-from glue.errors import InputError
+from glue.errors import InputError, SolverFailed
 from glue.study.design.axes import Axis
 from glue.study.design.evaluate import NEVER, Evaluation
 from glue.study.design.goals import Goals
@@ -97,26 +97,39 @@ def search(
     run: Callable[[list[tuple[int, dict[str, object]]], Callable[[Evaluation], None]], None],
     keep: Callable[[list[Evaluation]], None],
 ) -> list[Evaluation]:
-    """``count`` evaluations in all, ``known`` among them, by number.
+    """``count`` evaluations in all, ``known`` among them, by number; those of them that failed are run again as they were.
 
     run(settings, tell): evaluates [(number, values), …] and tells each when it is done; keep(evaluations): called after
-    each.  Raises InputError when every one of the first settings is refused.
+    each.  Raises InputError when every one of the first settings is refused, SolverFailed when some of them failed.
     """
     found = {e.number: e for e in known}
+    again = {e.number: dict(e.values) for e in known if e.state == "failed"}  # not proposed anew
 
     def tell(evaluation: Evaluation) -> None:
         found[evaluation.number] = evaluation
         keep(list(found.values()))
 
     for start in range(0, count, ROUND):
-        missing = [n for n in range(start, min(start + ROUND, count)) if n not in found]
+        numbers = range(start, min(start + ROUND, count))
+        todo = {n: again[n] for n in numbers if n in again}
+        missing = [n for n in numbers if n not in found]
         if missing:
             settings = settings_of_round(axes, goals, list(found.values()), start, seed)
-            todo = [(n, settings[n - start]) for n in missing if n - start < len(settings)]
-            if not todo:
-                break
-            run(todo, tell)
+            todo |= {n: settings[n - start] for n in missing if n - start < len(settings)}
+        if todo:
+            run(sorted(todo.items()), tell)
+        elif missing:
+            break
         if start + ROUND >= first_points(axes) and all(e.state != "done" for e in found.values()):
-            causes = dict.fromkeys(e.cause for e in found.values())
-            raise InputError(["no setting of the window can be run; the causes:", *(f"  {cause}" for cause in list(causes)[:5])])
+            _none_could_be_run(list(found.values()))
     return [found[n] for n in sorted(found)]
+
+
+def _none_could_be_run(found: Sequence[Evaluation]) -> None:
+    causes = [f"  {cause}" for cause in list(dict.fromkeys(e.cause for e in found))[:5]]
+    if all(e.state == "refused" for e in found):
+        raise InputError(["no setting of the window can be run; the causes:", *causes])
+    raise SolverFailed(
+        "no setting of the window could be run; the causes:\n" + "\n".join(causes),
+        advice="the same command once more: it tries again what failed",
+    )

@@ -17,13 +17,15 @@ _FRONT_ROWS = 12
 def design_text(result: Design) -> str:
     """What was asked, what came out and why, the trade front, the files."""
     problem, goals = result.problem, result.problem.goals
-    done = [e for e in result.evaluations if e.state == "done"]
+    states = [e.state for e in result.evaluations]
     met = front.ranked(result.evaluations, goals)
     lines = [f"{problem.scene_file.stem}: {', '.join(str(o) for o in goals.objectives)}"]
     lines += [f"  with  {target}" for target in goals.targets] + [f"  over  {axis}" for axis in problem.axes]
-    refused = len(result.evaluations) - len(done)
+    others = f", {states.count('refused')} refused" if "refused" in states else ""
+    if "failed" in states:
+        others += f", {states.count('failed')} failed (the same command tries them again)"
     lines += ["", f"{len(result.evaluations)} settings tried by the fast models, {len(met)} surely meet every target"
-                  f"{f', {refused} refused' if refused else ''}; {result.dimples}"]  # fmt: skip
+                  f"{others}; {result.dimples}"]  # fmt: skip
     if result.winner is not None:
         lines += ["", f"Proposed setting (evaluation {result.winner.number})"]
         lines += [f"  {key:<34}{_plain(value)}" for key, value in result.winner.values.items()]
@@ -84,7 +86,7 @@ def _confirmed(c: Confirmation, result: Design) -> Sequence[str]:
     lines = [f"Re-run of evaluation {c.number} at {c.preset}, seeds {seeds}: {word}"]
     for run in c.runs:
         if run.state != "done":
-            lines.append(f"  seed {run.number}: {run.cause}")
+            lines.append(f"  seed {run.number} {run.state}: {run.cause}")
     for q in goals.quantities:
         mean = c.mean(q)
         if mean is None:

@@ -14,9 +14,10 @@ sys.path.insert(0, str(Path(__file__).parent))
 from made_up import AXES, GOALS, TARGETS, VARY, evaluation, refused  # noqa: E402
 
 from glue import cli  # noqa: E402
-from glue.errors import InputError  # noqa: E402
+from glue.errors import InputError, NotConverged, SolverFailed  # noqa: E402
 from glue.scene.reader import read_scene  # noqa: E402
-from glue.study.design import confirm, design  # noqa: E402
+from glue.study import pipeline  # noqa: E402
+from glue.study.design import confirm, design, evaluate  # noqa: E402
 from glue.study.design.axes import read_axes  # noqa: E402
 from glue.study.design.goals import read_goals  # noqa: E402
 from glue.study.design.problem import claim, read_problem  # noqa: E402
@@ -103,6 +104,38 @@ def test_a_kill_in_the_middle_costs_no_evaluation(runs, tmp_path, monkeypatch):
     monkeypatch.setattr(design, "_evaluate", fast)
     result = design.design(problem(), tmp_path / "d", evaluations=16, preset=None)
     assert sorted(runs.ran) == list(range(16)) and len(result.evaluations) == 16
+
+
+def test_a_solver_that_failed_is_told_apart_and_tried_again(runs, tmp_path, monkeypatch):
+    fast = design._evaluate
+
+    def killed(problem, number, values, *rest, **more):
+        if number == 5:
+            return dataclasses.replace(refused(number, "killed, out of memory"), values=values, state="failed")
+        return fast(problem, number, values, *rest, **more)
+
+    monkeypatch.setattr(design, "_evaluate", killed)
+    result = design.design(problem(), tmp_path / "d", evaluations=16, preset=None)
+    told = json.loads((tmp_path / "d" / "design.json").read_text())["evaluations"]
+    assert (told["count"], told["refused"], told["failed"]) == (16, 1, 1)
+    assert "1 refused, 1 failed (the same command tries them again)" in design_text(result)
+    assert "failed" in (tmp_path / "d" / "evaluations.csv").read_text()
+    monkeypatch.setattr(design, "_evaluate", fast)
+    runs.ran.clear()
+    again = design.design(problem(), tmp_path / "d", evaluations=16, preset=None)
+    assert runs.ran == [5] and [e.values for e in again.evaluations] == [e.values for e in result.evaluations]
+    assert again.evaluations[5].state == "done"
+
+
+@pytest.mark.parametrize(("error", "state"), [(InputError("too dense"), "refused"), (SolverFailed("killed"), "failed"),
+                                              (NotConverged("drifts"), "failed")])  # fmt: skip
+def test_only_bad_input_is_refused_for_good(monkeypatch, tmp_path, error, state):
+    def run(*_, **__):
+        raise error
+
+    monkeypatch.setattr(pipeline, "run", run)
+    found = evaluate.rerun(problem(), {"nozzle.speed_m_s": 50.0}, tmp_path / "r", "fast", 7)
+    assert (found.state, found.cause) == (state, str(error))
 
 
 def test_targets_out_of_reach_are_told_with_the_nearest(runs, tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from made_up import AXES, GOALS, evaluation, refused  # noqa: E402
 
-from glue.errors import InputError  # noqa: E402
+from glue.errors import InputError, SolverFailed  # noqa: E402
 from glue.study.design.axes import read_axes  # noqa: E402
 from glue.study.design.front import ranked  # noqa: E402
 from glue.study.design.history import read_history, write_history  # noqa: E402
@@ -68,8 +69,25 @@ def test_all_refused_is_an_error_that_tells_why():
         search(AXES, GOALS, [], 40, 1, run, lambda found: None)
 
 
+def test_what_failed_is_tried_again_with_the_same_settings():
+    whole, ran = go(26), []
+    broken = [replace(e, state="failed", readings={}, cause="killed") if e.number in (5, 18) else e for e in whole]
+    again = go(26, broken, ran)
+    assert sorted(ran) == [5, 18] and again == whole
+    assert go(20, broken[:20])[18] == whole[18] and go(12, broken)[18].state == "failed"  # 18: not asked for
+
+
+def test_all_failed_may_be_tried_again():
+    def run(settings, tell):
+        for number, _ in settings:
+            tell(replace(refused(number), state="failed" if number else "refused", cause="killed"))
+
+    with pytest.raises(SolverFailed, match="no setting of the window could be run(.|\n)*killed(.|\n)*once more"):
+        search(AXES, GOALS, [], 40, 1, run, lambda found: None)
+
+
 def test_history_survives_writing_and_reading(tmp_path):
-    found = [*go(5), refused(5, 'a "cause", with\na line')]
+    found = [*go(5), refused(5, 'a "cause", with\na line'), replace(refused(6, "killed"), state="failed")]
     write_history(tmp_path / "h.csv", found, AXES, GOALS)
     assert read_history(tmp_path / "h.csv", AXES, GOALS) == found
     assert read_history(tmp_path / "none.csv", AXES, GOALS) == []

@@ -12,6 +12,7 @@ from glue.atomic import atomic_path, write_text_atomic
 from glue.errors import InputError
 from glue.flow.column_map import OURS, UNITS, ColumnMap, quantity
 from glue.flow.impacts import COLUMNS, normal_speed_m_s
+from glue.scene.schema import NOZZLE, SHOTS
 
 _DUMP_ROWS = ("ITEM: ENTRIES", "ITEM: ATOMS")
 
@@ -19,8 +20,8 @@ _DUMP_ROWS = ("ITEM: ENTRIES", "ITEM: ATOMS")
 def read_foreign(path: Path, columns: ColumnMap) -> tuple[np.ndarray, dict]:
     """(impacts, header): rows of ``COLUMNS`` in order of time, and what their log should say of where they are from.
 
-    Raises InputError with everything that is wrong: missing columns, words for numbers, values that are not finite, sizes
-    or densities not positive, impacts that do not move into the target.
+    Raises InputError with everything that is wrong: missing columns, words for numbers, values that are not finite, sizes,
+    densities or speeds that no scene could have, impacts that do not move into the target.
     """
     try:
         raw = Path(path).read_bytes()
@@ -164,6 +165,15 @@ def _problems(impacts: np.ndarray) -> list[str]:
     for name in ("diameter_m", "density_kg_m3"):
         if (impacts[name] <= 0.0).any():
             problems.append(f"{name}: not positive in {np.count_nonzero(impacts[name] <= 0.0)} rows")
+            continue
+        limits = SHOTS[name]
+        off = impacts[name][(impacts[name] < limits.low) | (impacts[name] > limits.high)]
+        if off.size:
+            problems.append(f"{name}: {limits.problem(float(off[0]))}; so {off.size} rows: is its unit in the map right?")
+    # The middle one: shots that come back after a rebound may be as slow as they like.
+    speed = float(np.median(np.sqrt(sum(impacts[f"v{axis}_in_m_s"] ** 2 for axis in "xyz"))))
+    if np.isfinite(speed) and (wrong := NOZZLE["speed_m_s"].problem(speed)):
+        problems.append(f"v?_in_m_s: the middle speed {wrong}; is their unit in the map right?")
     length2 = sum(impacts[n] ** 2 for n in ("nx", "ny", "nz"))
     if not (np.abs(length2 - 1.0) < 1e-6).all():
         problems.append("nx, ny, nz: no unit vectors")

@@ -95,11 +95,22 @@ def test_all_that_is_wrong_with_a_map_is_told_at_once(files):
         (TABLE.replace("60000", "-60000"), "1 of 2 impacts move out of the target"),
         (TABLE.replace(",0.8", ",-0.8"), "diameter_m: not positive in 1 rows"),
         (TABLE.replace("1.5,", "nan,"), "x_m: not finite"),
+        (TABLE.replace(",1.0", ",1000"), "diameter_m: 1.0 is 1000 mm; this key is in metres (1.0 mm is written 0.001)"),
+        (TABLE.replace("0000,", "0000000,"), "v?_in_m_s: the middle speed 5500"),
         ("one\n" + TABLE.split("\n")[1] + "\n", "holds no impact"),
     ],
 )
 def test_what_is_wrong_with_a_table_is_told(files, wrong, words):
     assert words in "\n".join(problems(*files(table=wrong)))
+
+
+def test_density_and_speeds_have_the_scene_readers_limits(files):
+    """In a map whose units were left out: density in g/cm3, mm/s and mm taken for SI."""
+    bare = MAP.replace(', unit = "mm/s"', "").replace(', unit = "mm"', "").replace("7800", "7.8")
+    told = problems(*files(column_map=bare))
+    assert len(told) == 3
+    for words in ("(0.8 mm is written 0.0008)", "(7.8 g/cm3 is written 7800)", "allowed 0.5..300 m/s"):
+        assert words in "\n".join(told)
 
 
 def test_a_dump_of_contacts_becomes_impacts(files):
@@ -136,6 +147,7 @@ def test_our_own_log_comes_back(tmp_path, units):
     impacts = np.zeros(50, COLUMNS)
     for name in COLUMNS.names:
         impacts[name] = rng.uniform(0.1, 1.0, 50) if COLUMNS[name].kind == "f" else rng.integers(0, 3, 50)
+    impacts["diameter_m"], impacts["density_kg_m3"] = rng.uniform(1e-3, 2e-3, 50), rng.uniform(7000.0, 8000.0, 50)
     impacts["time_s"], impacts["impact_id"] = np.sort(impacts["time_s"]), np.arange(50)
     impacts["nx"], impacts["ny"], impacts["nz"], impacts["vz_in_m_s"] = 0.0, 0.6, 0.8, -60.0
     write_plain(tmp_path / "a.csv", impacts, units, tmp_path / "a.toml")

@@ -59,6 +59,32 @@ def test_a_log_that_cannot_be_the_scenes_is_refused_with_all_that_is_wrong(go, t
         go("ballistic", name="none", impacts=tmp_path / "none.csv")
 
 
+def test_a_log_in_the_wrong_units_is_refused_with_both_numbers(go, tmp_path):
+    """Shots of S390 (1 mm, 7800 kg/m3) and a window of 3 mm against a log whose mm and g/cm3 were taken for SI."""
+    out, _ = go("ballistic")
+    impacts, header = read_impacts(out / "flow" / "impacts.csv")
+    for number, (changes, words) in enumerate((
+        ({"diameter_m": 1e3}, ("diameter_m is 1; allowed: 0.00095 to 0.00105 m", "is it in mm")),
+        ({"density_kg_m3": 1e-3}, ("density_kg_m3 is 7.8; allowed: 7410 to 8190 kg/m3", "is it in g/cm3")),
+        ({"x_m": 1e3, "y_m": 1e3}, ("none of", "reaches the window of 0.003 x 0.003 m", "mm")),
+        ({"diameter_m": 1.06}, ("diameter_m is 0.00106", "is its unit in the map right?")),
+    )):  # fmt: skip
+        wrong = impacts.copy()
+        for name, factor in changes.items():
+            wrong[name] *= factor
+        write_impacts(tmp_path / "units.csv", wrong, header)
+        with pytest.raises(InputError) as caught:
+            go("ballistic", name=f"units{number}", impacts=tmp_path / "units.csv")
+        assert any(all(word in told for word in words) for told in caught.value.problems), caught.value.problems
+    write_impacts(tmp_path / "none.csv", impacts[:0], header)
+    with pytest.raises(InputError, match="holds no impact"):
+        go("ballistic", name="none", impacts=tmp_path / "none.csv")
+    worn = impacts.copy()
+    worn["diameter_m"] *= 0.97
+    write_impacts(tmp_path / "worn.csv", worn, header)
+    go("ballistic", name="worn", impacts=tmp_path / "worn.csv")
+
+
 def test_touched_points_are_put_onto_the_plane_within_a_twentieth_of_the_shot(go, tmp_path):
     out, own = go("ballistic")
     impacts, header = read_impacts(out / "flow" / "impacts.csv")

@@ -92,7 +92,9 @@ def read_map(path: Path) -> ColumnMap:
     numbers = {"skip_lines": 0, "same_impact_s": 0.0, "timestep_s": None}
     for key in numbers:
         value = data.get(key, numbers[key])
-        if value is not None and not (_is_number(value) and value >= 0):
+        if key == "skip_lines" and not (isinstance(value, int) and not isinstance(value, bool) and value >= 0):
+            refuse(key, f"{value!r}; allowed: a whole number from 0 up")
+        elif value is not None and not (_is_number(value) and value >= 0):
             refuse(key, f"{value!r}; allowed: a number from 0 up")
         numbers[key] = value
     if given["format"] == "dump" and not numbers["timestep_s"] and "time_s" not in data.get("columns", {}):
@@ -109,13 +111,19 @@ def read_map(path: Path) -> ColumnMap:
     for name in NEEDED:
         if name not in {*columns, *constants, *implied}:
             refuse(f"columns.{name}", "missing, and required; allowed: the table's column, or a value under [constants]")
-    if "restitution" not in constants and not {f"v{axis}_out_m_s" for axis in "xyz"} <= {*columns, *constants}:
+    if numbers["same_impact_s"] and "shot_id" not in columns:
+        refuse("same_impact_s", "tells rows of one shot apart, but no column is named for shot_id; allowed: with columns.shot_id")
+    after = {f"v{axis}_out_m_s" for axis in "xyz"}
+    twice = sorted(after & {*columns, *constants})
+    if "restitution" in constants and twice:
+        refuse("constants.restitution", f"beside {', '.join(twice)}, which say the same; allowed: one of the two")
+    elif "restitution" not in constants and len(twice) < len(after):
         refuse("constants.restitution", "missing: no velocity after the impact is named; allowed: 0 to 1, or columns v?_out_m_s")
     axes = _axes(data.get("axes", {}), refuse)
     if problems:
         raise InputError(problems)
     return ColumnMap(
-        columns, constants, axes, tuple(float(v) for v in origin), given["format"], separator, int(numbers["skip_lines"]),
+        columns, constants, axes, tuple(float(v) for v in origin), given["format"], separator, numbers["skip_lines"],
         numbers["timestep_s"], given["position"], float(numbers["same_impact_s"]),
     )  # fmt: skip
 

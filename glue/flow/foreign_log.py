@@ -147,7 +147,7 @@ def _as_ours(theirs: dict[str, np.ndarray], count: int, columns: ColumnMap) -> n
     if columns.position == "centre":
         for name, part in zip(("x_m", "y_m", "z_m"), normal, strict=True):
             impacts[name] -= 0.5 * impacts["diameter_m"] * part
-    if "restitution" in columns.constants and "vz_out_m_s" not in told:
+    if "restitution" in columns.constants:
         into = (1.0 + columns.constants["restitution"]) * normal_speed_m_s(impacts)
         for axis, part in zip("xyz", normal, strict=True):
             impacts[f"v{axis}_out_m_s"] = impacts[f"v{axis}_in_m_s"] + into * part

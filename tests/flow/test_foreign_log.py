@@ -104,6 +104,20 @@ def test_what_is_wrong_with_a_table_is_told(files, wrong, words):
     assert words in "\n".join(problems(*files(table=wrong)))
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("[constants]", 'vz_out_m_s = "Vel X"\n[constants]', "constants.restitution: beside vz_out_m_s"),
+        ("[constants]", "[constants]\nvx_out_m_s = 0", "constants.restitution: beside vx_out_m_s"),
+        ("schema = 1", "schema = 1\nsame_impact_s = 1e-5", "same_impact_s: tells rows of one shot apart"),
+        ("skip_lines = 1", "skip_lines = 1.5", "skip_lines: 1.5; allowed: a whole number"),
+    ],
+)
+def test_a_map_that_would_be_half_read_is_refused(files, old, new, words):
+    (told,) = problems(*files(column_map=MAP.replace(old, new)))
+    assert words in told
+
+
 def test_density_and_speeds_have_the_scene_readers_limits(files):
     """In a map whose units were left out: density in g/cm3, mm/s and mm taken for SI."""
     bare = MAP.replace(', unit = "mm/s"', "").replace(', unit = "mm"', "").replace("7800", "7.8")

@@ -23,6 +23,7 @@ from glue.theory.plate import clamped_stress
 CODES = ("calculix", "abaqus")
 UNITS = {"m": (1.0, 1.0, "Pa"), "mm": (1e-3, 1e-6, "MPa")}  # length of the mesh [m], Pa to its stress, name
 SURFACES = tuple(f"{axis}-{end}" for axis in "zxy" for end in ("max", "min"))
+_RESIDUE = 1e-6  # share of the largest stress that is rounding of the profile's balances, or below anyone's notice
 _FADED = 8  # last rows of a plate's profile, below what peening reached
 _MESHIO = {"tetra": "C3D4", "tetra10": "C3D10", "hexahedron": "C3D8", "hexahedron20": "C3D20"}
 _G = 1.0 / np.sqrt(3.0)
@@ -31,7 +32,7 @@ _TET = 0.1381966011250105
 
 
 def held_profile(profile: Mapping[str, np.ndarray], scene: Scene) -> dict[str, np.ndarray]:
-    """depth_m, sigma_xx_Pa, sigma_yy_Pa, each (n,), of the part held flat and unstretched.
+    """depth_m, sigma_xx_Pa, sigma_yy_Pa, each (n,), of the part held flat and unstretched; 0 where it is but rounding.
 
     ``profile``: the columns of stress_profile.csv.
     Raises InputError where they cannot be told: a plate that ends inside the peened layer.
@@ -50,6 +51,9 @@ def held_profile(profile: Mapping[str, np.ndarray], scene: Scene) -> dict[str, n
                 f"target.thickness_m = {scene.target.thickness_m:g}: the stress of the held part cannot be told from"
                 f" the free one's ({problem}); allowed: parts thicker than the peened layer, or no thickness_m"
             ) from None
+    largest = max(float(np.abs(held[name]).max()) for name in ("sigma_xx_Pa", "sigma_yy_Pa"))
+    for name in ("sigma_xx_Pa", "sigma_yy_Pa"):
+        held[name] = np.where(np.abs(held[name]) < _RESIDUE * largest, 0.0, held[name])
     return held
 
 
@@ -101,8 +105,10 @@ def write_initial_stress(
         told["points"] += depth.size
         rows += _lines(numbers, stress, code)
     if not told["elements_stressed"]:
+        depth, stressed = held["depth_m"], np.flatnonzero((held["sigma_xx_Pa"] != 0.0) | (held["sigma_yy_Pa"] != 0.0))
+        layer = depth[min(stressed[-1] + 1, len(depth) - 1)] if stressed.size else 0.0
         raise InputError(
-            f"{mesh}: no element lies within {held['depth_m'][-1]:.3g} m of its {surface} surface;"
+            f"{mesh}: no element lies within {layer:.3g} m of its {surface} surface, where the stress is;"
             " is it in mm (--unit mm), or is another surface the peened one (--surface)?"
         )
     with atomic_path(path) as part:

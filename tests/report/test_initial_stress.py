@@ -115,6 +115,26 @@ def test_the_held_stress_is_what_the_plate_had_before_it_was_let_go():
     assert held_profile(free, scene)["sigma_xx_Pa"] == pytest.approx(before, abs=1e-6 * 300e6)
 
 
+def test_rounding_below_the_layer_is_no_stress(tmp_path):
+    """The held stress of a plate of 10 mm peened 1 mm deep: an element from 0 to 0.4 mm has it, one 5 mm down has none."""
+    scene = read_scene(example_path("al2024-s390"))
+    depth = np.r_[np.linspace(0.0, 1e-3, 30), np.linspace(1.2e-3, 10e-3, 8)]
+    before = np.where(depth < 1e-3, -300e6 * np.cos(depth / 1e-3 * np.pi / 2), 0.0)
+    free = {"depth_m": depth} | {name: released_stress(depth, before, 10e-3) for name in ("sigma_xx_Pa", "sigma_yy_Pa")}
+    held = held_profile(free, scene)
+    assert not held["sigma_xx_Pa"][depth > 1e-3].any()
+    write_mesh(tmp_path / "part.inp", "C3D8")
+    text = (tmp_path / "part.inp").read_text()
+    nodes = [line for line in text.splitlines() if line[:1].isdigit() and line.count(",") == 3]
+    lower = [f"{int(n) + 10}, {x}, {y}, {float(z) - 5.0:g}" for n, x, y, z in (line.split(",") for line in nodes)]
+    element = ", ".join(map(str, (8, *range(21, 29))))
+    (tmp_path / "two.inp").write_text(text + "*NODE\n" + "\n".join(lower) + f"\n*ELEMENT, TYPE=C3D8\n{element}\n")
+    told = write_initial_stress(tmp_path / "s.inp", tmp_path / "two.inp", held, unit="mm")
+    assert told == {"elements": 2, "elements_stressed": 1, "points": 16}
+    with pytest.raises(InputError, match="no element lies within 0.001 m"):  # mm read as m: the upper one's points lie 85 mm down
+        write_initial_stress(tmp_path / "s.inp", tmp_path / "two.inp", held)
+
+
 def test_a_plate_that_ends_in_the_peened_layer_is_refused():
     scene = read_scene(example_path("al2024-s390"))
     depth = np.linspace(0.0, 10e-3, 40)

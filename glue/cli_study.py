@@ -33,7 +33,7 @@ def add_sweep(commands, progress: Callable) -> None:
     sweep.set_defaults(command=lambda args: _sweep(args, progress()))
     sweep.add_argument("study", metavar="STUDY")
     sweep.add_argument("--out", metavar="DIR", type=Path, help="default studies/<name>-<8 hex of the inputs>")
-    sweep.add_argument("--jobs", metavar="N", type=int, help="runs at a time (default: one per core); with a profile: its own")
+    sweep.add_argument("--jobs", metavar="N", type=int, help="runs at a time (default: one per core; with a profile: its own)")
     sweep.add_argument("--executor", choices=("local", "snakemake"), default="local", help="default %(default)s")
     sweep.add_argument("--profile", metavar="DIR", type=Path, help="a folder of Snakemake's settings, for --executor snakemake")
     sweep.add_argument("--retry-failed", action="store_true", help="try runs again that failed before")

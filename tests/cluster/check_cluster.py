@@ -19,17 +19,21 @@ from glue.study.sweep.records import JOURNAL
 STUDY = Path(__file__).with_name("six.toml")
 PLACE = repo_root() / "build" / "cluster"
 SLURM = repo_root() / "build" / "slurm"
+PROFILE = PLACE / "profile"  # the shipped one for a machine of few cores
 RUNS = 6
 WAYS = {
     "local": [],
     "snakemake": ["--executor", "snakemake"],
-    "slurm": ["--executor", "snakemake", "--profile", cluster.SNAKEFILE.parent / "profiles" / "slurm"],
+    "slurm": ["--executor", "snakemake", "--profile", PROFILE],
 }
 
 
 def main() -> None:
     rows = Rows("One study, three executors")
     os.environ |= {"SLURM_CONF": str(SLURM / "slurm.conf"), "PATH": f"{SLURM / 'bin'}:{os.environ['PATH']}"}
+    shutil.copytree(cluster.SNAKEFILE.parent / "profiles" / "slurm", PROFILE, dirs_exist_ok=True)
+    with open(PROFILE / "config.v8+.yaml", "a", encoding="utf-8") as file:
+        file.write(f"max-threads: {os.cpu_count()}\n")
     tables = {}
     for way, options in WAYS.items():
         out = PLACE / way

@@ -32,11 +32,11 @@ def refuse_snakemake(profile: Path | None) -> None:
 
 
 def run_snakemake(
-    out: Path, runs: Sequence[Run], last_stage: str, jobs: int, profile: Path | None, tell: Callable[[float, str], None]
+    out: Path, runs: Sequence[Run], last_stage: str, jobs: int | None, profile: Path | None, tell: Callable[[float, str], None]
 ) -> None:
     """Do the runs of plan.json in ``out`` up to ``last_stage``; failures are recorded, not raised.
 
-    ``jobs``: cores of this machine, or jobs at a time with a profile.  Raises SolverFailed when Snakemake ran none of them.
+    ``jobs``: cores of this machine; with a profile jobs at a time, or None for the profile's own number.  Raises SolverFailed when Snakemake ran none of them.
     """
     for run in runs:  # the manifests know what is complete; a mark of older inputs must not
         shutil.rmtree(out / DONE / run.name, ignore_errors=True)
@@ -44,12 +44,12 @@ def run_snakemake(
         mark.unlink()
     args: list[str | Path] = [
         "--snakefile", SNAKEFILE, "--directory", out.resolve(), "--nolock", "--rerun-incomplete", "--rerun-triggers", "mtime",
-        "--keep-going", "--scheduler", "greedy", "--jobs", str(jobs),
+        "--keep-going", "--scheduler", "greedy",
     ]  # fmt: skip
     if profile is None:
-        args += ["--cores", str(jobs)]
-    else:
-        args += ["--profile", profile.resolve()]
+        args += ["--jobs", str(jobs), "--cores", str(jobs)]
+    else:  # how many at a time is the cluster's affair, unless asked: what is given here takes the place of the profile's
+        args += ["--profile", profile.resolve()] + (["--jobs", str(jobs)] if jobs else [])
 
     def on_line(line: str) -> None:
         stopping.check()

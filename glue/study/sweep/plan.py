@@ -3,7 +3,7 @@
 ``plan.json``: {"study", "scene_file", "stages", "cache", "library": [{"run", "runs",
 "speeds_m_s", "layer_speeds_m_s", "seconds"}], "all_stages", "todo": [run], "jobs", "runs": [{"run", "state", "cause", "point",
 "replicate", "seed", "axes": {key path: value}, "scene": TOML, "scene_sha256", "inputs_sha256", "costs": {stage: [s, MB,
-threads]}}]}; state is "waiting", or "refused" with the cause.
+threads]}}]}; "jobs" is null where other machines do them; state is "waiting", or "refused" with the cause.
 """
 
 from __future__ import annotations

@@ -72,7 +72,7 @@ def run_study(
 ) -> Path:
     """Run a study (a file or a shipped name), or go on with it, and return its folder ``out``.
 
-    ``jobs`` runs at a time (default: one per core).  ``executor`` "snakemake" leaves them to Snakemake, ``profile`` a folder
+    ``jobs`` runs at a time (default: one per core; with a profile its own number).  ``executor`` "snakemake" leaves them to Snakemake, ``profile`` a folder
     of its settings.  ``retry_failed`` tries failed runs again; ``first`` makes only that many of the runs.  Failed runs
     are recorded in the tables (see ``glue.study.sweep.table``), and ``exit_code(out)`` tells of them.  Raises InputError before
     anything starts, SolverFailed when runs cannot be started at all.
@@ -95,13 +95,15 @@ def run_study(
     for sentence in remarks(study):
         progress("study", 1.0, sentence)
     todo, begun = prepared.todo(first), _now()
+    elsewhere = executor == "snakemake" and profile is not None  # where the cores of this machine say nothing
+    at_a_time = jobs or (None if elsewhere else cores())
     with _locked(out):
         names = [stage.name for stage in with_needs(study.stages, STAGES)]
-        _write_plan(prepared, todo, names, jobs or cores(), cache_root())
+        _write_plan(prepared, todo, names, None if elsewhere else at_a_time, cache_root())
         progress("study", 1.0, _first_words(prepared, todo))
         try:
             if todo:
-                _execute(prepared, todo, names, executor, profile, jobs or cores(), progress)
+                _execute(prepared, todo, names, executor, profile, at_a_time, progress)
         finally:  # also when it is stopped: what there is can be read
             finished = Finished(study.stages, STAGES)
             done = prepared.done | {run.name for run in todo if finished(out / "runs" / run.name, run)}
@@ -118,7 +120,9 @@ def exit_code(out: Path) -> int:
     return json.loads((out / "study.json").read_text(encoding="utf-8"))["exit_code"]
 
 
-def _execute(prepared: Prepared, todo: list[Run], names: list[str], executor: str, profile, jobs: int, progress: Progress) -> None:
+def _execute(
+    prepared: Prepared, todo: list[Run], names: list[str], executor: str, profile, jobs: int | None, progress: Progress
+) -> None:
     from glue.study.sweep.library import libraries, solve_libraries
 
     out = prepared.out
@@ -139,7 +143,7 @@ def _execute(prepared: Prepared, todo: list[Run], names: list[str], executor: st
     run_local(out, todo, jobs, lambda share, text: progress("runs", share, text))
 
 
-def _write_plan(prepared: Prepared, todo: list[Run], names: list[str], jobs: int, cache: Path) -> None:
+def _write_plan(prepared: Prepared, todo: list[Run], names: list[str], jobs: int | None, cache: Path) -> None:
     from glue.study.sweep.estimate import library_cost_s, stage_costs
     from glue.study.sweep.library import libraries
 

@@ -7,7 +7,8 @@ import json
 import pytest
 
 from glue.errors import InputError, NotConverged, SolverFailed
-from glue.study.sweep import records, worker
+from glue.solvers import Finished
+from glue.study.sweep import cluster, records, run, worker
 from glue.study.sweep.run import exit_code, run_study
 
 
@@ -125,6 +126,25 @@ def test_one_stage_alone_marks_itself_and_is_passed_over_after_a_failure(sweep):
         assert worker.main([str(sweep.out), "--run", name, "--stage", stage]) == 0
     assert sweep.ran == [("dimple", name), ("coverage", name)]
     assert sorted(p.name for p in (sweep.out / "done" / name).iterdir()) == ["coverage", "dimple", "uncertainty"]
+
+
+@pytest.mark.parametrize(("jobs", "with_profile", "told"), [
+    (None, True, []), (7, True, ["--jobs", "7"]), (7, False, ["--jobs", "7", "--cores", "7"]),
+])  # fmt: skip
+def test_a_profile_says_how_many_jobs_unless_asked(sweep, monkeypatch, jobs, with_profile, told):
+    asked = []
+
+    def snakemake(module, args, *, log, **options):
+        asked.extend(map(str, args))
+        return Finished(0, log, 0.0, 0)
+
+    monkeypatch.setattr(cluster, "run_module", snakemake)
+    monkeypatch.setattr(run, "refuse_snakemake", lambda profile: None)
+    run_study(sweep.file(), sweep.out, jobs, executor="snakemake", profile=sweep.folder if with_profile else None)
+    found = [word for k, word in enumerate(asked) if word in ("--jobs", "--cores") or asked[k - 1] in ("--jobs", "--cores")]
+    assert found == told and ("--profile" in asked) == with_profile
+    plan = json.loads((sweep.out / "plan.json").read_text())
+    assert plan["jobs"] == (None if with_profile else 7)  # the library's threads are not this machine's cores
 
 
 def test_a_queue_gives_each_name_once(tmp_path):

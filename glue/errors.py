@@ -25,6 +25,10 @@ class InputError(PeenError):
         super().__init__("\n".join(self.problems))
 
 
+class InUse(InputError):
+    """Another process is at work in the folder: no fault of the input, and gone once that one ends."""
+
+
 class SolverFailed(PeenError):
     """A solver did not do its work (exit 3): names the log, its parsed cause, its last lines and what to try."""
 

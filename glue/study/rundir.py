@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from glue.atomic import atomic_path, write_text_atomic
-from glue.errors import InputError, SolverFailed
+from glue.errors import InputError, InUse, SolverFailed
 from glue.study.manifest import DONE, MANIFEST, SCHEMA, differences, read_manifest
 
 STAGE_ORDER = ("dimple", "flow", "coverage", "target", "surface", "intensity", "uncertainty", "report")
@@ -57,7 +57,7 @@ class RunDirectory:
         ``scene`` is the scene file's content, ``companions`` {relative name: content} of the files that it names,
         copied with it; ``resolved`` the scene in SI units with its preset expanded: a directory made for another
         one is refused. ``facts`` (seed, choices) go into a new manifest as they are.
-        Raises InputError when the directory holds other inputs or other files, or cannot be written.
+        Raises InputError when the directory holds other inputs or other files, or cannot be written, InUse when it is locked.
         """
         try:
             path.mkdir(parents=True, exist_ok=True)
@@ -266,7 +266,7 @@ def _lock(path: Path) -> int:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         os.close(handle)
-        raise InputError(
+        raise InUse(
             f"{path}: another peen is at work in it; wait for it or choose another --out"
         ) from None
     return handle

@@ -13,7 +13,7 @@ from glue.errors import InputError, SolverFailed
 from glue.solvers import run_module
 from glue.solvers.process import tail
 from glue.study.sweep.plan import Run
-from glue.study.sweep.records import DONE, failure_file, record_failure
+from glue.study.sweep.records import BUSY, DONE, failure_file, record_failure
 
 SNAKEFILE = Path(__file__).resolve().parent / "Snakefile"
 _STEPS = re.compile(r"(\d+) of (\d+) steps")
@@ -47,6 +47,8 @@ def run_snakemake(
         "--keep-going", "--scheduler", "greedy",
     ]  # fmt: skip
     if profile is None:
+        # All jobs are alike: to weigh every ready one whenever one ends, or to count starts, only takes time.
+        args += ["--scheduler-subsample", str(2 * jobs), "--max-jobs-per-timespan", "100000/2s"]
         args += ["--jobs", str(jobs), "--cores", str(jobs)]
     else:  # how many at a time is the cluster's affair, unless asked: what is given here takes the place of the profile's
         args += ["--profile", profile.resolve()] + (["--jobs", str(jobs)] if jobs else [])
@@ -63,7 +65,8 @@ def run_snakemake(
     if ended.exit_code == 0:
         return
     cause = f"Snakemake ended with exit code {ended.exit_code}"
-    lost = [run for run in runs if not (out / DONE / run.name / last_stage).exists() and not failure_file(out, run.name).exists()]
+    known = [run for run in runs if failure_file(out, run.name).exists() or (out / BUSY / run.name).exists()]
+    lost = [run for run in runs if run not in known and not (out / DONE / run.name / last_stage).exists()]
     if len(lost) == len(runs):
         raise SolverFailed("Snakemake did none of the study's runs", cause=cause, log=log, tail=tail(log))
     for run in lost:

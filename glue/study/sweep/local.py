@@ -84,7 +84,7 @@ def _work(out: Path, number: int, put: Callable[[tuple[str, str]], None]) -> Non
             word, _, rest = line.partition(" ")
             if word == "run":
                 now.update(run=rest, any=True)
-            elif word in ("done", "failed") and now["run"] == rest.split(" ")[0]:
+            elif word in ("done", "failed", "busy") and now["run"] == rest.split(" ")[0]:
                 put((word, now["run"]))
                 now["run"] = None
 

@@ -1,4 +1,4 @@
-"""What a study's folder holds beside its runs: the queue, failures, marks of finished stages, the journal."""
+"""What a study's folder holds beside its runs: the queue, failures, marks of finished stages and busy folders, the journal."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 
 from glue.atomic import write_text_atomic
 
-QUEUE, JOURNAL, FAILURES, DONE = "queue", "journal.csv", "failures", "done"
+QUEUE, JOURNAL, FAILURES, DONE, BUSY = "queue", "journal.csv", "failures", "done", "busy"
 
 
 def failure_file(out: Path, name: str) -> Path:

@@ -12,11 +12,11 @@ from pathlib import Path
 
 from glue import solvers
 from glue.atomic import write_text_atomic
-from glue.errors import InputError
+from glue.errors import InputError, InUse
 from glue.study.sweep.cluster import refuse_snakemake, run_snakemake
 from glue.study.sweep.design import remarks
 from glue.study.sweep.plan import PLAN, Run, default_out, make_runs, plan_dict, refuse_runs, study_sha256
-from glue.study.sweep.records import FAILURES, failure_file
+from glue.study.sweep.records import BUSY, FAILURES, failure_file
 from glue.study.sweep.study import Study, read_study
 
 EXECUTORS = ("local", "snakemake")
@@ -75,7 +75,7 @@ def run_study(
     ``jobs`` runs at a time (default: one per core; with a profile its own number).  ``executor`` "snakemake" leaves them to Snakemake, ``profile`` a folder
     of its settings.  ``retry_failed`` tries failed runs again; ``first`` makes only that many of the runs.  Failed runs
     are recorded in the tables (see ``glue.study.sweep.table``), and ``exit_code(out)`` tells of them.  Raises InputError before
-    anything starts, SolverFailed when runs cannot be started at all.
+    anything starts, SolverFailed when runs cannot be started at all, InUse when other processes did not leave some of them.
     """
     from glue.study.pipeline import with_needs
     from glue.study.stages import STAGES
@@ -123,14 +123,22 @@ def exit_code(out: Path) -> int:
 def _execute(
     prepared: Prepared, todo: list[Run], names: list[str], executor: str, profile, jobs: int | None, progress: Progress
 ) -> None:
-    from glue.study.sweep.library import libraries, solve_libraries
-
     out = prepared.out
     for run in todo:
         failure_file(out, run.name).unlink(missing_ok=True)
+        (out / BUSY / run.name).unlink(missing_ok=True)
     if executor == "snakemake":
         run_snakemake(out, todo, names[-1], jobs, profile, lambda share, text: progress("runs", share, text))
-        return
+    else:
+        _execute_here(out, todo, names, jobs, progress)
+    if busy := [run.name for run in todo if (out / BUSY / run.name).exists()]:
+        others = f" and {len(busy) - 1} more" if len(busy) > 1 else ""
+        words = "other processes are still at work there; the same command goes on once they have ended"
+        raise InUse(f"{out / 'runs' / busy[0]}{others}: {words}")
+
+
+def _execute_here(out: Path, todo: list[Run], names: list[str], jobs: int, progress: Progress) -> None:
+    from glue.study.sweep.library import libraries, solve_libraries
     from glue.study.sweep.local import run_local
 
     known = [(run.name, run.scene) for run in todo if run.scene.specification is None]

@@ -4,8 +4,9 @@
     python -m glue.study.sweep.worker OUT --run RUN --stage STAGE    one stage of one run, then the mark OUT/done/RUN/STAGE
     python -m glue.study.sweep.worker OUT --library K --jobs N       the K-th library of dimples, then OUT/done/library-K
 
-Prints ``run NAME``, ``tell NAME STAGE SHARE``, ``done NAME SECONDS`` or ``failed NAME CODE``.  A run that fails leaves
-``OUT/failures/NAME.json``; its later stages are passed over.  Every start and end of a stage goes to ``OUT/journal.csv``.
+Prints ``run NAME``, ``tell NAME STAGE SHARE``, ``done NAME SECONDS``, ``failed NAME CODE`` or ``busy NAME``.  A run that fails leaves
+``OUT/failures/NAME.json``; its later stages are passed over.  One in whose folder another process is still at work after some
+waiting is busy, not failed: it leaves ``OUT/busy/NAME``, and ``--run`` ends with exit code 75 (try again).  Every start and end of a stage goes to ``OUT/journal.csv``.
 """
 
 from __future__ import annotations
@@ -20,11 +21,13 @@ import traceback
 from pathlib import Path
 
 from glue import stopping
-from glue.errors import InputError, PeenError
+from glue.errors import InputError, InUse, PeenError
 from glue.study.sweep.plan import PLAN
-from glue.study.sweep.records import DONE, QUEUE, claim, failure_file, mark, note, record_failure
+from glue.study.sweep.records import BUSY, DONE, QUEUE, claim, failure_file, mark, note, record_failure
 
 _TELL_EVERY_S = 1.0
+_WAIT_S, _LOOK_EVERY_S = 20.0, 0.5  # for another process to leave a run's folder: one just stopped takes its time to end
+_TRY_AGAIN = 75  # EX_TEMPFAIL of sysexits.h
 
 
 def main(argv: list[str]) -> int:
@@ -52,14 +55,21 @@ def main(argv: list[str]) -> int:
             else:
                 while (name := claim(args.out / QUEUE)) is not None:
                     _say(f"run {name}")
-                    do_run(args.out, plan, runs[name], plan["stages"])
+                    with contextlib.suppress(InUse):
+                        do_run(args.out, plan, runs[name], plan["stages"])
     except KeyboardInterrupt:
         return 130
+    except InUse as problem:
+        print(f"peen: {problem}", file=sys.stderr)
+        return _TRY_AGAIN
     return 0
 
 
 def do_run(out: Path, plan: dict, run: dict, stages: list[str]) -> None:
-    """Bring stages of a run up to date; a failure is recorded and told."""
+    """Bring stages of a run up to date; a failure is recorded and told.
+
+    Raises InUse when another process does not leave the run's folder.
+    """
     from glue.study import pipeline
 
     name, begun, at = run["run"], time.monotonic(), {"stage": "", "told": 0.0}
@@ -74,10 +84,26 @@ def do_run(out: Path, plan: dict, run: dict, stages: list[str]) -> None:
             at["told"] = time.monotonic()
             _say(f"tell {name} {stage} {fraction or 0.0:.3f}")
 
+    def patient() -> None:
+        while True:
+            try:
+                pipeline.run(
+                    plan["scene_file"], out / "runs" / name, only=stages, progress=progress, content=run["scene"].encode()
+                )
+                return
+            except InUse:
+                if time.monotonic() > begun + _WAIT_S:
+                    raise
+                stopping.check()
+                time.sleep(_LOOK_EVERY_S)
+
+    (out / BUSY / name).unlink(missing_ok=True)  # of an attempt before this one
     try:
-        pipeline.run(
-            plan["scene_file"], out / "runs" / name, only=stages, progress=progress, content=run["scene"].encode()
-        )
+        patient()
+    except InUse:
+        mark(out / BUSY / name)
+        _say(f"busy {name}")
+        raise
     except PeenError as problem:
         code, cause = problem.exit_code, str(problem)
     except OSError as problem:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
+import threading
 
 import pytest
 
-from glue.errors import InputError, NotConverged, SolverFailed
+from glue.errors import InputError, InUse, NotConverged, SolverFailed
 from glue.solvers import Finished
 from glue.study.sweep import cluster, records, run, worker
 from glue.study.sweep.run import exit_code, run_study
@@ -126,6 +128,42 @@ def test_one_stage_alone_marks_itself_and_is_passed_over_after_a_failure(sweep):
         assert worker.main([str(sweep.out), "--run", name, "--stage", stage]) == 0
     assert sweep.ran == [("dimple", name), ("coverage", name)]
     assert sorted(p.name for p in (sweep.out / "done" / name).iterdir()) == ["coverage", "dimple", "uncertainty"]
+
+
+def test_a_run_that_another_process_holds_has_not_failed(sweep, monkeypatch):
+    monkeypatch.setattr(worker, "_WAIT_S", 0.0)
+    sweep.go(first=1)
+    name = sweep.rows()[1]["run"]
+    (sweep.out / "runs" / name).mkdir()
+    with open(sweep.out / "runs" / name / ".lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        with pytest.raises(InUse, match=name):
+            sweep.go()
+        assert [row["state"] for row in sweep.rows()] == ["done", "waiting", "done", "done", "done", "done"]
+        assert worker.main([str(sweep.out), "--run", name, "--stage", "dimple"]) != 0  # Snakemake tries again
+        assert not records.failure_file(sweep.out, name).exists() and not (sweep.out / "done" / name).exists()
+        monkeypatch.setattr(run, "refuse_snakemake", lambda profile: None)
+        monkeypatch.setattr(cluster, "run_module", lambda module, args, *, log, **options: _job_fails(sweep.out, name, log))
+        with pytest.raises(InUse, match=name):
+            run_study(sweep.file(), sweep.out, 1, executor="snakemake")
+        assert not records.failure_file(sweep.out, name).exists()
+    assert [run for _, run in sweep.go()] == [name] * 3  # once it is free
+
+
+def _job_fails(out, name, log):
+    return Finished(worker.main([str(out), "--run", name, "--stage", "dimple"]), log, 0.0, 0)
+
+
+def test_a_run_waits_for_a_process_that_is_just_ending(sweep, monkeypatch):
+    monkeypatch.setattr(worker, "_LOOK_EVERY_S", 0.01)
+    sweep.go(first=1)
+    name = sweep.rows()[1]["run"]
+    (sweep.out / "runs" / name).mkdir()
+    lock = open(sweep.out / "runs" / name / ".lock", "w")  # noqa: SIM115 (closed by the timer)
+    fcntl.flock(lock, fcntl.LOCK_EX)
+    threading.Timer(0.3, lock.close).start()
+    sweep.go()
+    assert {row["state"] for row in sweep.rows()} == {"done"}
 
 
 @pytest.mark.parametrize(("jobs", "with_profile", "told"), [

@@ -55,11 +55,15 @@ def run(
     timeout_s: float | None = None,
     on_line: Callable[[str], None] | None = None,
     line_buffered: bool = False,
+    interrupt_s: float | None = None,
 ) -> Finished:
     """Run ``argv`` to its end, standard input closed, output (both streams, as it comes) in ``log``.
 
     ``line_buffered`` makes a program that fills a buffer before it writes to a pipe (FreeFem++) give
     its output line by line.
+
+    ``interrupt_s``: seconds that the program gets to end by itself after SIGINT before it is killed like any other;
+    for one that has work elsewhere to call off.
 
     The log's first line is the command as one would type it, with the variables in ``env`` that
     differ from this process's. ``on_line`` gets every complete line without its end.
@@ -74,7 +78,7 @@ def run(
         log_file.write(os.fsencode(_as_typed(argv, cwd, env)) + b"\n")  # a path need not be UTF-8
         log_file.flush()
         child = subprocess.Popen(
-            _wrapped(argv, line_buffered), cwd=cwd, env=dict(env), stdin=subprocess.DEVNULL,
+            _wrapped(argv, line_buffered, interrupt_s is not None), cwd=cwd, env=dict(env), stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True,
         )  # fmt: skip
         try:
@@ -82,7 +86,11 @@ def run(
             _pump(child, log_file, on_line, deadline)
             exit_code, peak, cpu_s = _reap(child, deadline)
         except BaseException:  # Ctrl-C and a failing callback included: no solver outlives its caller
-            _kill_group(child)
+            try:
+                if interrupt_s is not None:
+                    _interrupt(child, log_file, interrupt_s)
+            finally:
+                _kill_group(child)
             raise
         finally:
             child.stdout.close()
@@ -98,8 +106,8 @@ def _as_typed(argv, cwd, env) -> str:
     return f"$ cd {shlex.quote(str(cwd))} && {' '.join([*changed, shlex.join(argv)])}"
 
 
-def _wrapped(argv: list[str], line_buffered: bool) -> list[str]:
-    """``argv`` behind two of Debian's essential tools, each of which becomes the program it starts."""
+def _wrapped(argv: list[str], line_buffered: bool, interruptible: bool = False) -> list[str]:
+    """``argv`` behind some of Debian's essential tools, each of which becomes the program it starts."""
     if shutil.which(argv[0]) is None:  # a missing program must raise here, not in a tool
         return argv
     tools = []
@@ -107,6 +115,8 @@ def _wrapped(argv: list[str], line_buffered: bool) -> list[str]:
         tools += ["setpriv", "--pdeathsig", "KILL", "--"]
     if line_buffered and shutil.which("stdbuf"):
         tools += ["stdbuf", "-oL"]
+    if interruptible and shutil.which("env"):  # under nohup or in a shell's background SIGINT is ignored, by children too
+        tools += ["env", "--default-signal=INT"]
     return tools + argv
 
 
@@ -147,6 +157,16 @@ def _reap(child, deadline) -> tuple[int, int, float]:
         if time.monotonic() > deadline:  # it closed its output, yet does not end
             raise TimedOut
         time.sleep(0.01)
+
+
+def _interrupt(child, log_file, patience_s: float) -> None:
+    """Send the program, not its children, SIGINT and wait for its end; another Ctrl-C ends the wait."""
+    if child.returncode is not None:
+        return
+    with contextlib.suppress(ProcessLookupError):
+        os.kill(child.pid, signal.SIGINT)
+    with contextlib.suppress(subprocess.TimeoutExpired, KeyboardInterrupt, SystemExit):
+        log_file.write(child.communicate(timeout=patience_s)[0])
 
 
 def _kill_group(child) -> None:

@@ -16,6 +16,7 @@ from glue.study.sweep.plan import Run
 from glue.study.sweep.records import BUSY, DONE, failure_file, record_failure
 
 SNAKEFILE = Path(__file__).resolve().parent / "Snakefile"
+_CANCEL_S = 30.0  # to call off the jobs of a cluster
 _STEPS = re.compile(r"(\d+) of (\d+) steps")
 
 
@@ -60,7 +61,9 @@ def run_snakemake(
             tell(number / count, f"{number} of {count} stages of runs")
 
     log = out / "logs" / "snakemake.log"
-    ended = run_module("snakemake", args, log=log, on_line=on_line)
+    # It cancels a cluster's jobs on SIGINT alone; told to end by SIGTERM it waits for them.
+    interrupt_s = None if profile is None else _CANCEL_S
+    ended = run_module("snakemake", args, log=log, on_line=on_line, interrupt_s=interrupt_s)
     stopping.check()
     if ended.exit_code == 0:
         return

@@ -172,8 +172,9 @@ def test_a_run_waits_for_a_process_that_is_just_ending(sweep, monkeypatch):
 def test_a_profile_says_how_many_jobs_unless_asked(sweep, monkeypatch, jobs, with_profile, told):
     asked = []
 
-    def snakemake(module, args, *, log, **options):
+    def snakemake(module, args, *, log, on_line, interrupt_s):
         asked.extend(map(str, args))
+        assert (interrupt_s is not None) == with_profile  # a cluster's jobs are called off before it is killed
         return Finished(0, log, 0.0, 0)
 
     monkeypatch.setattr(cluster, "run_module", snakemake)

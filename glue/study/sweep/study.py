@@ -37,6 +37,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from glue.errors import InputError
+from glue.scene.catalogue import closest
 from glue.scene.fields import Integer, Text, Word, kind, quoted
 from glue.scene.presets import PRESETS
 from glue.scene.reader import example_names, example_path, parse, read_bytes
@@ -116,7 +117,7 @@ def read_study(argument: str | Path) -> Study:
     scene_file, scene_content = _scene(top, head["scene"], file)
     design, samples = _design(top)
     axes = read_axes(top, design["kind"])
-    changes = _changes(top, axes)
+    changes = _changes(top, axes, None if log.problems else parse(scene_file, scene_content))
     runs = design["replicates"] or 1
     for axis in axes if design["kind"] == "grid" else ():
         runs *= len(axis.values) if axis.values is not None else axis.points
@@ -174,20 +175,36 @@ def _design(top: Table) -> tuple[dict, int | None]:
     return design, samples
 
 
-def _changes(top: Table, axes: tuple[Axis, ...]) -> dict[str, object]:
-    """The leaves of [set] by key path, and None for each path of remove."""
+def _changes(top: Table, axes: tuple[Axis, ...], scene: Mapping | None) -> dict[str, object]:
+    """The leaves of [set] by key path, and None for each path of remove; ``scene``: where it is known, to look for those."""
     table = top.optional_table("set")
     found = dict(_leaves(table.data)) if table else {}
     removed = top.data.get("remove", [])
     if not isinstance(removed, list) or any(KEY_PATH.problem(key) for key in removed):
         top.problem("remove", f"must be an array of key paths, not {quoted(removed)}; {KEY_PATH.allowed}")
         removed = []
+    there = dict.fromkeys(_paths(scene)) if scene is not None else removed
+    for key in removed:
+        if key not in there:
+            guess = closest(key, there)
+            hint = f'did you mean "{guess}"? ' if guess else ""
+            top.problem("remove", f"the scene has no {quoted(key)}; {hint}allowed: keys that it has")
     for key in found if table else ():
         if key in ("seed", "schema", "name"):
             table.problem(key, f'"{key}" is the scene\'s own; allowed: other keys of the scene (seeds: [design])')
         elif any(key in axis.keys for axis in axes):
             table.problem(key, "is changed by an axis too; allowed: one of the two")
     return dict.fromkeys(removed) | found
+
+
+def _paths(data: Mapping, path: str = ""):
+    """Path of every key and table, also of those in arrays of tables."""
+    for key, value in data.items():
+        where = f"{path}.{key}" if path else key
+        yield where
+        for item in value if isinstance(value, list) else [value]:
+            if isinstance(item, Mapping):
+                yield from _paths(item, where)
 
 
 def _leaves(data: Mapping, path: str = ""):

@@ -68,6 +68,13 @@ def test_a_key_changed_twice_is_refused(tmp_path):
     assert "is changed by an axis too" in "\n".join(told)
 
 
+def test_a_key_that_the_scene_does_not_have_cannot_be_removed(tmp_path):
+    text = 'remove = {}\n[design]\nkind = "grid"\n[[axis]]\nkey = "nozzle.speed_m_s"\nvalues = [1]\n'
+    (told,) = problems(tmp_path, HEAD + text.format('["shots.grad", "target.material", "nozzle"]'))
+    assert 'remove: the scene has no "shots.grad"; did you mean "shots.grade"?' in told
+    assert study(tmp_path, HEAD + text.format('["shots.grade"]')).changes == {"shots.grade": None}
+
+
 def test_a_grid_is_every_combination_and_its_last_axis_changes_fastest(tmp_path):
     found = points(
         study(

@@ -94,7 +94,7 @@ def run_study(
     study, runs, out = prepared.study, prepared.runs, prepared.out
     for sentence in remarks(study):
         progress("study", 1.0, sentence)
-    todo, begun = prepared.todo(first), _now()
+    todo, begun = prepared.todo(first), _begun(out) or _now()
     elsewhere = executor == "snakemake" and profile is not None  # where the cores of this machine say nothing
     at_a_time = jobs or (None if elsewhere else cores())
     with _locked(out):
@@ -113,6 +113,14 @@ def run_study(
     if not table.has_parquet():
         progress("study", 1.0, "no table.parquet, since pyarrow is not installed; table.csv holds the same")
     return out
+
+
+def _begun(out: Path) -> str | None:
+    """When the study in ``out`` was first run; None where it was not."""
+    try:
+        return json.loads((out / "study.json").read_text(encoding="utf-8"))["begun"]
+    except (OSError, ValueError, KeyError):
+        return None
 
 
 def exit_code(out: Path) -> int:

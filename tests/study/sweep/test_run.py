@@ -41,8 +41,11 @@ def test_study_json_tells_axes_design_and_counts(sweep):
 def test_done_again_computes_nothing_and_writes_the_same_table(sweep):
     sweep.go()
     before = (sweep.out / "table.csv").read_bytes()
+    told = sweep.study() | {"begun": "2026-01-01T00:00:00+00:00"}
+    (sweep.out / "study.json").write_text(json.dumps(told))
     assert sweep.go() == []
     assert (sweep.out / "table.csv").read_bytes() == before
+    assert sweep.study()["begun"] == told["begun"] < sweep.study()["ended"]
 
 
 def test_the_first_runs_only_then_the_others(sweep):

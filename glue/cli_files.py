@@ -33,10 +33,13 @@ A map in TOML tells how the table reads:
 
   schema = 1
   format = "csv"                  # csv, whitespace, or dump (LIGGGHTS: ITEM: TIMESTEP, ITEM: ENTRIES; needs timestep_s)
-  skip_lines = 0                  # above the line of column names
+  timestep_s = 1e-7               # dump alone: seconds of one step
+  separator = ","                 # between columns, csv alone: ";", "\\t", …
+  decimal = "."                   # "," where numbers read 0,8 (then with another separator)
+  skip_lines = 0                  # title lines above the line of column names; later lines with # in front are left out
   position = "contact"            # the points are where the shot touches; "centre": where its centre is
   origin_m = [0, 0, 0]            # our origin (middle of the window, on the surface), in the table's axes
-  same_impact_s = 0.0             # rows of one shot at most so far apart are one impact, as in dumps of contacts
+  same_impact_s = 0.0             # rows of one shot_id at most so far apart are one impact, as in dumps of contacts
   axes = {x = "x", y = "-z", z = "y"}    # which of the table's axes ours are: z up, out of the target
   [columns]                       # our name = its column (SI), or with its unit; all in the table's own axes
   time_s = {column = "Time", unit = "ms"}
@@ -48,7 +51,8 @@ A map in TOML tells how the table reads:
   restitution = 0.4               # where the table has no velocities after the impact
 
 Needed: time_s, x_m, y_m, v?_in_m_s, diameter_m, density_kg_m3, and v?_out_m_s or restitution. What else a log has (z_m,
-spins, nx ny nz, shot_id, collisions_before, …) is taken where the map names it. All errors are told at once."""
+spins, nx ny nz, shot_id, collisions_before, …) is taken where the map names it; columns that it does not name may hold
+anything, text too. Errors name the file's line, counted from 1."""
 
 _IMPORT_EXAMPLES = """examples:
   peen import edem.csv --map edem.toml --out impacts.csv

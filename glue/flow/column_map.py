@@ -2,8 +2,9 @@
 
     schema = 1
     format = "csv"                  # csv, whitespace, or dump (LIGGGHTS: ITEM: TIMESTEP, ITEM: ENTRIES …)
-    separator = ","                 # csv alone
-    skip_lines = 0                  # above the line of column names
+    separator = ","                 # csv alone; or ";", "\\t", …
+    decimal = "."                   # "," where numbers read 0,8
+    skip_lines = 0                  # title lines above the line of column names
     position = "contact"            # the points are where the shot touches; "centre": where its centre is
     origin_m = [0, 0, 0]            # our origin (middle of the window, on the surface), in the table's axes
     axes = {x = "x", y = "-z", z = "y"}   # which of the table's axes ours are; here its y is up
@@ -44,8 +45,8 @@ _SUFFIXES = (("_kg_m3", "density"), ("_rad_s", "spin"), ("_m_s", "speed"), ("_N"
 OURS = tuple(name for name in COLUMNS.names if name != "impact_id")
 NEEDED = ("time_s", "x_m", "y_m", "vx_in_m_s", "vy_in_m_s", "vz_in_m_s", "diameter_m", "density_kg_m3")
 _KEYS = {
-    "schema", "format", "separator", "skip_lines", "timestep_s", "position", "same_impact_s", "origin_m", "axes", "columns",
-    "constants",
+    "schema", "format", "separator", "decimal", "skip_lines", "timestep_s", "position", "same_impact_s", "origin_m",
+    "axes", "columns", "constants",
 }  # fmt: skip
 
 
@@ -63,6 +64,7 @@ class ColumnMap:
     timestep_s: float | None = None
     position: str = "contact"
     same_impact_s: float = 0.0
+    decimal: str = "."
 
 
 def quantity(name: str) -> str:
@@ -100,8 +102,13 @@ def read_map(path: Path) -> ColumnMap:
     if given["format"] == "dump" and not numbers["timestep_s"] and "time_s" not in data.get("columns", {}):
         refuse("timestep_s", "missing: a dump counts steps; allowed: the seconds of one, or a column for time_s")
     separator = data.get("separator", ",")
-    if not (isinstance(separator, str) and len(separator) == 1):
-        refuse("separator", f"{separator!r}; allowed: one character")
+    if not (isinstance(separator, str) and len(separator) == 1) or separator.isalnum() or separator in '.+-"#\r\n':
+        refuse("separator", f'{separator!r}; allowed: one character that no number holds, such as ";" or "\\t"')
+    decimal = data.get("decimal", ".")
+    if decimal not in (".", ","):
+        refuse("decimal", f'{decimal!r}; allowed: ".", ","')
+    elif given["format"] == "csv" and decimal == separator:
+        refuse("decimal", 'is the separator too; allowed: with separator = ";" or another')
     origin = data.get("origin_m", [0.0, 0.0, 0.0])
     if not (isinstance(origin, list) and len(origin) == 3 and all(map(_is_number, origin))):
         refuse("origin_m", f"{origin!r}; allowed: three numbers")
@@ -112,19 +119,22 @@ def read_map(path: Path) -> ColumnMap:
         if name not in {*columns, *constants, *implied}:
             refuse(f"columns.{name}", "missing, and required; allowed: the table's column, or a value under [constants]")
     if numbers["same_impact_s"] and "shot_id" not in columns:
-        refuse("same_impact_s", "tells rows of one shot apart, but no column is named for shot_id; allowed: with columns.shot_id")
+        refuse("same_impact_s", "tells rows of one shot apart, but no column is shot_id; allowed: with columns.shot_id")
     after = {f"v{axis}_out_m_s" for axis in "xyz"}
-    twice = sorted(after & {*columns, *constants})
-    if "restitution" in constants and twice:
-        refuse("constants.restitution", f"beside {', '.join(twice)}, which say the same; allowed: one of the two")
-    elif "restitution" not in constants and len(twice) < len(after):
-        refuse("constants.restitution", "missing: no velocity after the impact is named; allowed: 0 to 1, or columns v?_out_m_s")
+    named = sorted(after & {*columns, *constants})
+    if "restitution" in constants and named:
+        refuse("constants.restitution", f"beside {', '.join(named)}, which say the same; allowed: one of the two")
+    elif "restitution" not in constants and len(named) < len(after):
+        refuse(
+            "constants.restitution",
+            "missing: no velocity after the impact is named; allowed: 0 to 1, or columns v?_out_m_s",
+        )
     axes = _axes(data.get("axes", {}), refuse)
     if problems:
         raise InputError(problems)
     return ColumnMap(
         columns, constants, axes, tuple(float(v) for v in origin), given["format"], separator, numbers["skip_lines"],
-        numbers["timestep_s"], given["position"], float(numbers["same_impact_s"]),
+        numbers["timestep_s"], given["position"], float(numbers["same_impact_s"]), decimal,
     )  # fmt: skip
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import io
 from pathlib import Path
 
 import numpy as np
@@ -11,34 +10,30 @@ import numpy as np
 from glue.atomic import atomic_path, write_text_atomic
 from glue.errors import InputError
 from glue.flow.column_map import OURS, UNITS, ColumnMap, quantity
+from glue.flow.foreign_table import STEP, read_columns
 from glue.flow.impacts import COLUMNS, normal_speed_m_s
 from glue.scene.schema import NOZZLE, SHOTS
-
-_DUMP_ROWS = ("ITEM: ENTRIES", "ITEM: ATOMS")
 
 
 def read_foreign(path: Path, columns: ColumnMap) -> tuple[np.ndarray, dict]:
     """(impacts, header): rows of ``COLUMNS`` in order of time, and what their log should say of where they are from.
 
-    Raises InputError with everything that is wrong: missing columns, words for numbers, values that are not finite, sizes,
-    densities or speeds that no scene could have, impacts that do not move into the target.
+    Raises InputError with everything that is wrong: missing columns, words for numbers, values that are not finite,
+    sizes, densities or speeds that no scene could have, impacts that do not move into the target.
     """
     try:
         raw = Path(path).read_bytes()
         text = raw.decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as problem:
         raise InputError(f"{path}: cannot be read ({problem})") from None
-    names, rows = (_dump if columns.format == "dump" else _lines)(path, text, columns)
-    absent = [theirs for theirs, _ in columns.columns.values() if theirs not in names]
-    if absent:
-        raise InputError([f"{path}: has no column {a!r}; it has {', '.join(n for n in names if n != '#time')}" for a in absent])
-    if not len(rows):
+    values, lines = read_columns(path, text, columns)
+    if not len(lines):
         raise InputError(f"{path}: holds no impact")
-    theirs = {ours: rows[:, names.index(column)] * factor for ours, (column, factor) in columns.columns.items()}
+    theirs = {ours: values[column] * factor for ours, (column, factor) in columns.columns.items()}
     if columns.format == "dump" and "time_s" not in theirs:
-        theirs["time_s"] = rows[:, names.index("#time")] * columns.timestep_s
-    impacts = _as_ours(theirs, len(rows), columns)
-    problems = [f"{path}: {sentence}" for sentence in _problems(impacts)]
+        theirs["time_s"] = values[STEP] * columns.timestep_s
+    impacts = _as_ours(theirs, len(lines), columns)
+    problems = [f"{path}: {sentence}" for sentence in _problems(impacts, lines)]
     if problems:
         raise InputError(problems)
     impacts = impacts[np.argsort(impacts["time_s"], kind="stable")]
@@ -72,59 +67,6 @@ def _bare(name: str) -> str:
     return name
 
 
-def _lines(path: Path, text: str, columns: ColumnMap) -> tuple[list[str], np.ndarray]:
-    """Names and rows (n, k) of a table with one line of names; lines that begin with # are left out."""
-    lines = [line for line in text.splitlines()[columns.skip_lines :] if line.strip() and not line.startswith("#")]
-    separator = None if columns.format == "whitespace" else columns.separator
-    if not lines:
-        raise InputError(f"{path}: is empty after {columns.skip_lines} lines")
-    names = [name.strip().strip('"') for name in lines[0].split(separator)]
-    return names, _numbers(path, lines[1:], separator, len(names))
-
-
-def _dump(path: Path, text: str, columns: ColumnMap) -> tuple[list[str], np.ndarray]:
-    """Names and rows of a LIGGGHTS dump, all its snapshots; the column "#time" has the step of each row."""
-    names, found, step, lines = None, [], None, text.splitlines()
-    at = 0
-    while at < len(lines):
-        line = lines[at].strip()
-        at += 1
-        if line == "ITEM: TIMESTEP" and at < len(lines):
-            step = _number(path, lines[at])
-        elif line.startswith(_DUMP_ROWS):
-            mine = next(line.removeprefix(head) for head in _DUMP_ROWS if line.startswith(head)).split()
-            if step is None or (names is not None and mine != names):
-                raise InputError(f"{path}:{at}: snapshot without a step, or of other columns than the first")
-            names, end = mine, at
-            while end < len(lines) and not lines[end].startswith("ITEM:"):
-                end += 1
-            rows = _numbers(path, [row for row in lines[at:end] if row.strip()], None, len(names))
-            found.append(np.column_stack([rows, np.full(len(rows), step)]))
-            at = end
-    if names is None:
-        raise InputError(f"{path}: is no dump: no line {' or '.join(_DUMP_ROWS)}")
-    return [*names, "#time"], np.concatenate(found)
-
-
-def _numbers(path: Path, lines: list[str], separator: str | None, width: int) -> np.ndarray:
-    if not lines:
-        return np.empty((0, width))
-    try:
-        rows = np.loadtxt(io.StringIO("\n".join(lines)), delimiter=separator, ndmin=2, comments=None)
-    except ValueError as problem:
-        raise InputError(f"{path}: a row cannot be read: {problem}") from None
-    if rows.shape[1] != width:
-        raise InputError(f"{path}: {width} column names over {rows.shape[1]} columns")
-    return rows
-
-
-def _number(path: Path, text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise InputError(f"{path}: {text[:40]!r} is no time step") from None
-
-
 def _as_ours(theirs: dict[str, np.ndarray], count: int, columns: ColumnMap) -> np.ndarray:
     """Rows of ``COLUMNS`` in our axes from the table's own columns in SI."""
     impacts = np.zeros(count, COLUMNS)
@@ -155,34 +97,41 @@ def _as_ours(theirs: dict[str, np.ndarray], count: int, columns: ColumnMap) -> n
     return impacts
 
 
-def _problems(impacts: np.ndarray) -> list[str]:
-    """What no log may hold, whatever the scene; the scene's own checks follow when it is used (``log_checks``)."""
-    known = [n for n in impacts.dtype.names if n != "peak_force_N" and impacts.dtype[n].kind == "f"]
-    bad = [n for n in known if not np.isfinite(impacts[n]).all()]
-    problems = [f"{', '.join(bad)}: not finite"] if bad else []
-    counts = [n for n in impacts.dtype.names if impacts.dtype[n].kind == "i" and (impacts[n] < 0).any()]
-    problems += [f"{', '.join(counts)}: negative, or no whole number"] if counts else []
+def _problems(impacts: np.ndarray, lines: np.ndarray) -> list[str]:
+    """What no log may hold, whatever the scene; the scene's own checks follow when it is used (``log_checks``).
+
+    ``lines`` (n,): where in its file each row is from.
+    """
+    problems = []
+
+    def refuse(rows: np.ndarray, sentence: str) -> None:
+        if rows.any():
+            problems.append(f"{sentence} (first: line {lines[np.argmax(rows)]})")
+
+    for name in (n for n in impacts.dtype.names if n != "peak_force_N"):
+        if impacts.dtype[name].kind == "f":
+            refuse(~np.isfinite(impacts[name]), f"{name}: not finite")
+        else:
+            refuse(impacts[name] < 0, f"{name}: negative, or no whole number")
     for name in ("diameter_m", "density_kg_m3"):
-        if (impacts[name] <= 0.0).any():
-            problems.append(f"{name}: not positive in {np.count_nonzero(impacts[name] <= 0.0)} rows")
-            continue
-        limits = SHOTS[name]
-        off = impacts[name][(impacts[name] < limits.low) | (impacts[name] > limits.high)]
-        if off.size:
-            problems.append(f"{name}: {limits.problem(float(off[0]))}; so {off.size} rows: is its unit in the map right?")
+        limits, bad = SHOTS[name], impacts[name] <= 0.0
+        refuse(bad, f"{name}: not positive in {np.count_nonzero(bad)} rows")
+        off = ~bad & ((impacts[name] < limits.low) | (impacts[name] > limits.high))
+        if off.any():
+            why = limits.problem(float(impacts[name][off][0]))
+            refuse(off, f"{name}: {why}; so {np.count_nonzero(off)} rows: is its unit in the map right?")
     # The middle one: shots that come back after a rebound may be as slow as they like.
     speed = float(np.median(np.sqrt(sum(impacts[f"v{axis}_in_m_s"] ** 2 for axis in "xyz"))))
     if np.isfinite(speed) and (wrong := NOZZLE["speed_m_s"].problem(speed)):
         problems.append(f"v?_in_m_s: the middle speed {wrong}; is their unit in the map right?")
     length2 = sum(impacts[n] ** 2 for n in ("nx", "ny", "nz"))
-    if not (np.abs(length2 - 1.0) < 1e-6).all():
-        problems.append("nx, ny, nz: no unit vectors")
+    refuse(~(np.abs(length2 - 1.0) < 1e-6), "nx, ny, nz: no unit vectors")
     out = ~(normal_speed_m_s(impacts) > 0.0)
-    if out.any():
-        problems.append(
-            f"{np.count_nonzero(out)} of {len(impacts)} impacts move out of the target instead of into it (v . n >= 0);"
-            " are the axes right (axes = …), or is down positive (factor = -1)?"
-        )
+    refuse(
+        out,
+        f"{np.count_nonzero(out)} of {len(impacts)} impacts move out of the target instead of into it (v . n >= 0);"
+        " are the axes right (axes = …), or is down positive (factor = -1)?",
+    )
     return problems
 
 

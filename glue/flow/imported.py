@@ -72,11 +72,13 @@ def _other_shots(scene: Scene, impacts: np.ndarray) -> list[str]:
         alien = values[~np.any([(low <= values) & (values <= high) for low, high in ranges], axis=0)]
         if not alien.size:
             continue
-        worst, last = float(alien.min()), float(alien.max())
-        found = show(worst) if worst == last else f"{show(worst)} to {show(last)}"
+        first, last = float(alien.min()), float(alien.max())
+        found = show(first) if first == last else f"{show(first)} to {show(last)}"
         allowed = " or ".join(f"{show(low)} to {show(high)}" for low, high in ranges)
         meant = [
-            other for other, size in UNITS[unit][1] if any(low <= size * worst and size * last <= high for low, high in ranges)
+            other
+            for other, size in UNITS[unit][1]
+            if any(low <= size * first and size * last <= high for low, high in ranges)
         ]
         hint = f"is it in {meant[0]} (unit in the map of peen import)?" if meant else "is its unit in the map right?"
         told.append(

@@ -104,6 +104,44 @@ def test_what_is_wrong_with_a_table_is_told(files, wrong, words):
     assert words in "\n".join(problems(*files(table=wrong)))
 
 
+EUROPEAN = """Export vom 3. Mai
+Probe 7; zweite Serie
+
+Time;Kommentar;"Pos X";Pos Y;Pos Z;Vel X;Fall;Vel Z;Diameter
+4,0;"Rand; oben";1,5;10,0;-2,0;100;50000;200;0,8
+2,0;Mitte;-1,0;10,0;0,5;0;60000;0;1,0
+"""
+EUROPEAN_HEAD = 'skip_lines = 3\nseparator = ";"\ndecimal = ","'
+
+
+def test_semicolons_decimal_commas_titles_and_texts(files):
+    own = MAP.replace("skip_lines = 1", EUROPEAN_HEAD)
+    impacts, _ = read(*files(EUROPEAN, own))
+    expected, _ = read(*files())
+    for name in COLUMNS.names:
+        assert np.array_equal(impacts[name], expected[name], equal_nan=True), name
+
+
+@pytest.mark.parametrize(
+    ("head", "table", "words"),
+    [
+        ("", EUROPEAN, 'line 4 has them all; in the map: skip_lines = 3, separator = ";"'),
+        ('separator = ";"\nskip_lines = 3', EUROPEAN, "table.csv:5: a row cannot be read: '4,0' in column 'Time'"),
+        ('separator = ";"\nskip_lines = 3', EUROPEAN, 'is decimal = "," in the map missing?'),
+        (EUROPEAN_HEAD, EUROPEAN.replace("60000", "fast"), "csv:6: a row cannot be read: 'fast' in column 'Fall'"),
+        (EUROPEAN_HEAD, EUROPEAN.replace("Mitte;", ""), "table.csv:6: has 8 columns, the line of names has 9"),
+        ('decimal = ","', EUROPEAN, "decimal: is the separator too"),
+        ('decimal = "c"', EUROPEAN, "decimal: 'c'; allowed"),
+        ('separator = "1"', EUROPEAN, "separator: '1'; allowed"),
+        ("skip_lines = 1", TABLE.replace("1.5,", "nan,"), "x_m: not finite (first: line 3)"),
+        ("skip_lines = 1", "one\n\n#" + TABLE.replace("60000", "-60000"), "first: line 6"),
+        ("", "a,b\n1,2\n", "it has a, b; are separator and skip_lines"),
+    ],
+)
+def test_what_is_wrong_with_a_common_table_is_told_with_its_line(files, head, table, words):
+    assert words in "\n".join(problems(*files(table, MAP.replace("skip_lines = 1", head))))
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [

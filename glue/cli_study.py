@@ -71,15 +71,21 @@ def _summary(out: Path, study: dict) -> str:
     import csv
 
     from glue.study.sweep import table
+    from glue.study.sweep.warned import distinct
 
     counts = study["runs"]
     states = ", ".join(f"{n} {state}" for state, n in counts.items() if state != "all" and n)
     lines = [f"{study['name']}: {counts['all']} runs, {states}"]
     with open(out / table.TABLE, newline="", encoding="utf-8") as file:
-        causes = [(row["run"], row["state"], row["cause"]) for row in csv.DictReader(file) if row["cause"]]
+        rows = list(csv.DictReader(file))
+    causes = [(row["run"], row["state"], row["cause"]) for row in rows if row["cause"]]
     lines += [f"  {run} {state}: {cause}" for run, state, cause in causes[:5]]
     if len(causes) > 5:
         lines.append(f"  … and {len(causes) - 5} more, in the table")
+    cells = [row["warnings"] for row in rows if row["warnings"]]
+    if told := distinct(cells):
+        others = f" … and {len(told) - 1} other warnings, in the report" if told[1:] else ""
+        lines.append(f"  {len(cells)} runs warn: {told[0][0]}{others}")
     files = {"table": table.TABLE, "costs": table.COSTS, "report": "report.html"}
     return "\n".join([*lines, *(f"{what}: {out / name}" for what, name in files.items())])
 

@@ -1,4 +1,7 @@
-"""``report.html`` of a study: what was varied, headline metrics against every axis, all runs, failures, cost, provenance."""
+"""``report.html`` of a study: what was varied, headline metrics against every axis, all runs and what they warn of.
+
+Then failures, cost and provenance.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +19,7 @@ from glue.errors import InputError
 from glue.report.markup import Cell, Section, document, number, table
 from glue.report.plots import Series, legend, plot
 from glue.study.rows import ROWS
+from glue.study.sweep.warned import distinct
 
 HEADLINES = (
     "coverage.final", "coverage.time_98_s", "residual_stress.surface_Pa", "residual_stress.max_compressive_Pa",
@@ -75,6 +79,7 @@ def study_page(study: dict, rows: list[dict[str, str]], costs: list[dict[str, st
             Section("studied", "What was studied", _studied(study, axes)),
             Section("plots", "What it shows", _plots(axes, rows, metrics)),
             Section("runs", "All runs", _runs(axes, rows, metrics)),
+            Section("warnings", "Warnings", _warnings(rows)),
             Section("failures", "Runs that failed or were refused", _failures(rows)),
             Section("cost", "Cost", _cost(costs)),
             Section("provenance", "Provenance", _provenance(study)),
@@ -216,6 +221,14 @@ def _failures(rows: list[dict]) -> str:
         if row["state"] in ("failed", "refused")
     ]
     return table(("run", "state", "cause"), found, label="Failures")
+
+
+def _warnings(rows: list[dict]) -> str:
+    """Each warning once, with the number of runs that have it."""
+    told = distinct(row.get("warnings") or "" for row in rows)
+    cells = [(Cell(text, kind="why"), number(str(count), count)) for text, count in told]
+    note = "Warnings that differ in numbers alone are one, shown as the first run has it; table.csv has those of each run."
+    return table(("warning", "runs"), cells, label="Warnings", note=note) if cells else ""
 
 
 def _cost(costs: list[dict]) -> str:

@@ -9,6 +9,7 @@ threads]}}]}; "jobs" is null where other machines do them; state is "waiting", o
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -92,11 +93,25 @@ def _run(study: Study, number: int, point: int, replicate: int, base: dict, axes
         if scene.specification is None:
             inputs = digest(resolved_dict(scene))
     except InputError as problem:
-        scene, cause = None, str(problem)
+        scene, cause = None, _blamed(study, problem)
     except (KeyError, TypeError, AttributeError) as problem:
         cause = f"{study.file}: {problem}: is a path through something else than a table of the scene; allowed: a key's own path"
     name = f"{number:04d}-{(inputs or hashlib.sha256(content + repr(axes).encode()).hexdigest())[:8]}"
     return Run(name, point, replicate, seed, axes, content, scene, cause, inputs)
+
+
+def _blamed(study: Study, problem: InputError) -> str:
+    """The problems of a run's scene; those of a key that the study sets name the study, and where in it."""
+    sources = {"accuracy.preset": "accuracy"} if study.accuracy else {}
+    sources |= {key: "remove" if value is None else "[set]" for key, value in study.changes.items()}
+    sources |= {key: f'axis "{axis.name}"' for axis in study.axes for key in axis.keys}
+    found = []
+    for line in problem.problems:
+        place, _, words = line.removeprefix(f"{study.scene_file}: ").partition(": ")
+        plain = re.sub(r"\[\d+\]", "", place)  # of several nozzles a study sets the key in each
+        source = next((s for key, s in sources.items() if plain == key or plain.startswith(f"{key}.")), None)
+        found.append(line if source is None else f"{study.file}: {place}: {words} (by {source})")
+    return "\n".join(found)
 
 
 def refuse_runs(study: Study, runs: list[Run], stages, skip: Callable[[Run], bool]) -> None:
@@ -109,7 +124,7 @@ def refuse_runs(study: Study, runs: list[Run], stages, skip: Callable[[Run], boo
             try:
                 stage.refuse(run.scene, study.scene_file)
             except InputError as problem:
-                run.cause = str(problem)
+                run.cause = _blamed(study, problem)
                 break
 
 

@@ -4,6 +4,7 @@
     run          name of its folder under ``runs/``
     state        done, failed, refused (its scene is not valid) or waiting (not run, or stopped)
     cause        of failed and refused: the first line of what was wrong
+    warnings     of metrics.json: "<section>: <text>", several with " | " between them
     point, replicate   number of the point of the design, and of its repetition, from 0
     seed         of the scene
     <key path>   a column for each key of each axis, such as ``nozzle.speed_m_s``
@@ -37,6 +38,7 @@ from glue.study.rundir import METRICS, STAGE_ORDER
 from glue.study.sweep.plan import Run
 from glue.study.sweep.study import Study
 from glue.study.sweep.records import failure_file
+from glue.study.sweep.warned import warnings_of
 
 TABLE, COSTS, STUDY = "table.csv", "costs.csv", "study.json"
 _TIMES = ("wall_s", "cpu_s")
@@ -53,15 +55,17 @@ def write_tables(out: Path, study: Study, runs: Sequence[Run], done: set[str]) -
     counts = {"all": len(runs), "done": 0, "failed": 0, "refused": 0, "waiting": 0}
     for run in runs:
         state, cause, code = _state(out, run, done)
-        cause = cause.replace(f"{study.scene_file}: ", "")  # the same for every run
+        for file in (study.file, study.scene_file):
+            cause = cause.replace(f"{file}: ", "")  # the same for every run
         counts[state] += 1
         exit_code = exit_code or code
         head = {"run": run.name, "state": state, "cause": cause}
         row = head | {"point": run.point, "replicate": run.replicate, "seed": run.seed} | run.axes
-        rows.append(row | (_metrics(out / "runs" / run.name) if state in ("done", "failed") else {}))
+        metrics = _read_metrics(out / "runs" / run.name) if state in ("done", "failed") else {}
+        rows.append(row | {"warnings": warnings_of(metrics)} | _metrics(metrics))
         costs.append({"run": run.name, "state": state} | _costs(out / "runs" / run.name))
     keys = [key for axis in study.axes for key in axis.keys]
-    first = ["run", "state", "cause", "point", "replicate", "seed", *keys]
+    first = ["run", "state", "cause", "warnings", "point", "replicate", "seed", *keys]
     columns = first + sorted({key for row in rows for key in row} - set(first), key=_section)
     stages = [f"{stage}.{key}" for stage in STAGE_ORDER for key in _COST_KEYS]
     cost_columns = ["run", "state", *(c for c in stages if any(c in row for row in costs)), *_TIMES]
@@ -113,13 +117,17 @@ def _state(out: Path, run: Run, done: set[str]) -> tuple[str, str, int]:
     return "failed", record["cause"].split("\n")[0], record["exit_code"]
 
 
-def _metrics(path: Path) -> dict[str, object]:
-    """{column: value} of a run's metrics.json; times are costs."""
+def _read_metrics(path: Path) -> dict:
+    """A run's metrics.json, empty where there is none."""
     try:
-        metrics = json.loads((path / METRICS).read_text(encoding="utf-8"))
+        return json.loads((path / METRICS).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
-    found: dict[str, object] = {}
+
+
+def _metrics(metrics: dict) -> dict[str, object]:
+    """{column: value} of metrics.json; times are costs."""
+    metrics, found = dict(metrics), {}
     for name, interval in metrics.pop("uncertainty", {}).items():
         if isinstance(interval, dict) and _is_number(interval.get("half_width_95")):
             found[f"{name}.u95"] = interval["half_width_95"]

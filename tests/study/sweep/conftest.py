@@ -35,7 +35,7 @@ class Sweep:
     """Runs the study; stage ``coverage`` gives 10 times the mass flow, and fails or kills the worker where told to."""
 
     def __init__(self, folder: Path):
-        self.folder, self.ran, self.fail, self.out = folder, [], {}, folder / "out"
+        self.folder, self.ran, self.fail, self.warn, self.out = folder, [], {}, {}, folder / "out"
         self.stages = (
             Stage("dimple", (), (), ("dimple.txt",), self._dimple),
             Stage("coverage", ("dimple",), (), ("coverage.txt",), self._coverage),
@@ -76,7 +76,9 @@ class Sweep:
             raise problem
         write_text_atomic(work.path / "coverage.txt", "coverage")
         share = 10.0 * work.scene.nozzle.mass_flow_kg_s
-        return {"coverage": {"final": share, "time_98_s": None, "time_98_s_reason": "too short"}}, ["coverage.txt"]
+        warning = self.warn.get(work.path.name.split("-")[0])
+        told = {"warning": warning} if warning else {}
+        return {"coverage": {"final": share, "time_98_s": None, "time_98_s_reason": "too short"} | told}, ["coverage.txt"]
 
     def _uncertainty(self, work):
         self.ran.append(("uncertainty", work.path.name))

@@ -9,6 +9,7 @@ import pytest
 
 from glue.errors import InputError
 from glue.study.sweep.points import Point, mean_curve, power, read_points
+from glue.study.sweep.warned import distinct, warnings_of
 
 TABLE = """run,state,cause,point,replicate,seed,nozzle.speed_m_s,flow.model,coverage.time_98_s
 a,done,,0,0,1,30.0,event,8.0
@@ -66,3 +67,11 @@ def test_mean_curve_ends_with_the_shortest(tmp_path):
     assert times[-1] == 4.0 and counted == pytest.approx(0.15 * times) and expected == pytest.approx(times / 10)
     with pytest.raises(InputError, match="coverage.csv"):
         mean_curve(tmp_path, Point(("c",), {}))
+
+
+def test_warnings_that_differ_in_numbers_are_one():
+    metrics = {"schema": 1, "flow": {"warning": "error 3.5 %"}, "uncertainty": {"table": {"warning": "none like\nit"}}}
+    first = warnings_of(metrics)
+    assert first == "flow: error 3.5 % | uncertainty: none like it" and warnings_of({"flow": {"impacts": 3}}) == ""
+    found = distinct([first, "", warnings_of({"flow": {"warning": "error 1e-05 %"}})])
+    assert found == [("flow: error 3.5 %", 2), ("uncertainty: none like it", 1)]

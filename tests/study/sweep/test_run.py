@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import fcntl
 import json
+import re
 import threading
 
 import pytest
 
+from glue import cli_study
 from glue.errors import InputError, InUse, NotConverged, SolverFailed
+from glue.report.study_page import write_study_report
 from glue.solvers import Finished
 from glue.study.sweep import cluster, records, run, worker
 from glue.study.sweep.run import exit_code, run_study
@@ -95,6 +98,26 @@ def test_a_study_without_any_valid_scene_is_refused_with_every_reason_once(sweep
         sweep.go(file)
     assert len(caught.value.problems) == 2 and "did you mean" in caught.value.problems[1]
     assert not sweep.out.exists()
+
+
+def test_a_value_that_the_study_sets_is_blamed_on_the_study(sweep):
+    more = '[set]\nnozzle.jet_diameter_m = 7.0\n[[axis]]\nname = "distance"\nkey = "nozzle.stand_off_m"\nvalues = [50.0]\n'
+    file = sweep.file(more=more)
+    with pytest.raises(InputError) as caught:
+        sweep.go(file)
+    text = "\n".join(caught.value.problems)
+    assert re.search(rf'(?m)^{re.escape(str(file))}: nozzle.stand_off_m: 50.0 .*\(by axis "distance"\)$', text)
+    assert re.search(rf"(?m)^{re.escape(str(file))}: nozzle.jet_diameter_m: 7.0 .*\(by \[set\]\)$", text)
+    assert "al2024-s390.toml" not in text
+
+
+def test_warnings_of_runs_are_in_the_table_the_report_and_the_last_lines(sweep, capsys):
+    sweep.warn = {"0001": "3 shots lost", "0003": "41 shots lost"}
+    sweep.go()
+    assert [row["warnings"] for row in sweep.rows()] == ["", "coverage: 3 shots lost", "", "coverage: 41 shots lost", "", ""]
+    assert cli_study._summary(sweep.out, sweep.study()).count("2 runs warn: coverage: 3 shots lost") == 1
+    page = write_study_report(sweep.out).read_text()
+    assert "coverage: 3 shots lost" in page and "coverage: 41 shots lost" not in page
 
 
 def test_a_folder_of_another_study_or_of_something_else_is_refused(sweep):

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from glue.scene.fields import Integer, Number, Text, Vector, Word, kind, quoted
+from glue.scene.schema import ACCURACY, FEED
 from glue.scene.table import Table
 
 DIGITS = 9  # of a value between two ends: readable in a scene, and the same from every machine
@@ -15,6 +17,11 @@ _LABEL = Text(r".{1,60}", "allowed: 1 to 60 characters", "", "the key's own name
 _RANGE = Vector("ab", Number(-1e300, 1e300))
 _POINTS = Integer(2, 1000)
 _SPACING = Word(("linear", "log"), "linear", "even steps; choice of this project")
+# Keys that hold whole numbers: what a range gives is rounded for them.
+_WHOLE = {
+    f"{table}.{key}" for table, fields in (("nozzle", FEED), ("accuracy", ACCURACY)) for key, field in fields.items()
+    if isinstance(field, Integer)
+}  # fmt: skip
 _KEYS = ("name", "key", "keys", "factors", "values", "range", "points", "spacing")
 # Ends of a key's name that are a unit, longest first.
 _UNITS = {
@@ -62,9 +69,11 @@ class Axis:
         """{key path: value} of the scene where the axis stands at ``value``."""
         if self.each:
             return dict(zip(self.keys, value, strict=True))
-        if self.factors is None:
-            return dict.fromkeys(self.keys, value)
-        return {key: float(f"{factor * value:.{DIGITS}g}") for key, factor in zip(self.keys, self.factors, strict=True)}
+        found = dict.fromkeys(self.keys, value)
+        if self.factors is not None:
+            found = {k: float(f"{factor * value:.{DIGITS}g}") for k, factor in zip(self.keys, self.factors, strict=True)}
+        rounded = _WHOLE.intersection(self.keys) if self.values is None else ()
+        return {key: math.floor(v + 0.5) if key in rounded else v for key, v in found.items()}
 
 
 def read_axes(top: Table, design: str | None) -> tuple[Axis, ...]:
@@ -103,7 +112,12 @@ def _axis(table: Table, design: str | None) -> Axis | None:
     label = label or keys[0]
     if values is not None:
         return Axis(label, keys, tuple(values), each, factors=factors)
-    return Axis(label, keys, low=ends[0], high=ends[1], log=log, points=points, factors=factors)
+    axis = Axis(label, keys, low=ends[0], high=ends[1], log=log, points=points, factors=factors)
+    changes = [axis.changes(value) for value in axis.steps()] if points else []
+    if any(one == next_one for one, next_one in itertools.pairwise(changes)):
+        table.problem("points", f"{points} steps give a whole number twice; allowed: fewer, or values = [...]")
+        return None
+    return axis
 
 
 def _axis_keys(table: Table) -> tuple[str, ...]:

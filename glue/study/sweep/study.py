@@ -27,7 +27,8 @@
     name = "mass flow"             # for tables and figures
 
 An axis may change several keys: ``keys = ["a", "b"]`` with values for both alike, ``factors = [1, 10]`` that multiply
-them, or values that are arrays with one entry for each key.
+them, or values that are arrays with one entry for each key.  Of a key that holds a whole number, such as ``nozzle.passes``,
+what a range gives is rounded.
 """
 
 from __future__ import annotations

@@ -75,6 +75,16 @@ def test_a_key_that_the_scene_does_not_have_cannot_be_removed(tmp_path):
     assert study(tmp_path, HEAD + text.format('["shots.grade"]')).changes == {"shots.grade": None}
 
 
+def test_a_range_of_a_whole_number_is_rounded(tmp_path):
+    axis = '[[axis]]\nkey = "nozzle.passes"\nrange = [1, 10]\n'
+    grid = points(study(tmp_path, f'{HEAD}[design]\nkind = "grid"\n{axis}points = 4\nspacing = "log"\n'))
+    assert [repr(p["nozzle.passes"]) for p in grid] == ["1", "2", "5", "10"]  # of 1, 2.15, 4.64, 10
+    found = [p["nozzle.passes"] for p in points(study(tmp_path, f'{HEAD}[design]\nkind = "lhs"\nsamples = 20\n{axis}'))]
+    assert all(isinstance(value, int) for value in found) and set(found) == set(range(1, 11))
+    text = f'{HEAD}[design]\nkind = "grid"\n{axis}points = 12\n'
+    assert "12 steps give a whole number twice" in "\n".join(problems(tmp_path, text))
+
+
 def test_a_grid_is_every_combination_and_its_last_axis_changes_fastest(tmp_path):
     found = points(
         study(

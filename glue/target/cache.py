@@ -25,6 +25,17 @@ def cache_root() -> Path:
     )
 
 
+def refuse_unwritable() -> None:
+    """Raise InputError when nothing can be kept in the cache."""
+    root = cache_root()
+    try:
+        root.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=root):
+            pass
+    except OSError as problem:
+        raise _not_writable(root, problem) from None
+
+
 def content_key(inputs: dict, sources: tuple[str, ...]) -> str:
     """Hash of ``inputs`` (JSON-able) and of the files of the checkout that match ``sources`` (globs)."""
     digest = hashlib.sha256(json.dumps(inputs, sort_keys=True).encode())

@@ -81,7 +81,7 @@ def run_study(
     from glue.study.stages import STAGES
     from glue.study.sweep import table
     from glue.study.sweep.done import Finished
-    from glue.target.cache import cache_root
+    from glue.target.cache import cache_root, refuse_unwritable
     from glue.target.speeds import cores
 
     if executor not in EXECUTORS:
@@ -97,6 +97,8 @@ def run_study(
     todo, begun = prepared.todo(first), _begun(out) or _now()
     elsewhere = executor == "snakemake" and profile is not None  # where the cores of this machine say nothing
     at_a_time = jobs or (None if elsewhere else cores())
+    if todo:
+        refuse_unwritable()  # else every run fails of it
     with _locked(out):
         names = [stage.name for stage in with_needs(study.stages, STAGES)]
         _write_plan(prepared, todo, names, None if elsewhere else at_a_time, cache_root())

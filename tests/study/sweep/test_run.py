@@ -120,6 +120,14 @@ def test_warnings_of_runs_are_in_the_table_the_report_and_the_last_lines(sweep, 
     assert "coverage: 3 shots lost" in page and "coverage: 41 shots lost" not in page
 
 
+def test_a_cache_that_cannot_be_written_is_told_before_anything_starts(sweep, monkeypatch):
+    (sweep.folder / "file").touch()
+    monkeypatch.setenv("PEEN_CACHE", str(sweep.folder / "file"))
+    with pytest.raises(InputError, match="cache folder .*file cannot be written"):
+        sweep.go()
+    assert not sweep.out.exists()
+
+
 def test_a_folder_of_another_study_or_of_something_else_is_refused(sweep):
     sweep.go()
     with pytest.raises(InputError, match="holds a study of other runs"):

@@ -76,6 +76,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # `peen … | head`
         _drop_output()
         return 1
+    except RuntimeError as problem:
+        if "no locator available" not in str(problem):  # numba's words when nowhere can its code be kept
+            raise
+        place = os.environ["NUMBA_CACHE_DIR"]
+        _complain(f"{place}: cannot be written, and numba's code must be kept somewhere; set PEEN_CACHE (or NUMBA_CACHE_DIR)")
+        return InputError.exit_code
     except OSError as problem:
         _drop_output()
         place = os.fsdecode(problem.filename) if problem.filename else "a file or standard output"

@@ -160,6 +160,13 @@ def test_a_terminal_without_the_letters_gets_question_marks(tmp_path):
     assert b" ?m (estimate" in done.stdout and done.stdout.isascii()
 
 
+def test_a_place_for_numbas_code_that_cannot_be_written_is_bad_input(stages, monkeypatch, tmp_path, capsys):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "/proc/x/numba")
+    stages(error=RuntimeError("cannot cache function 'f': no locator available for file 'f.py'"))  # as numba says it
+    assert cli.main(["run", "al2024-s390", "--out", str(tmp_path / "run")]) == 2
+    assert "peen: /proc/x/numba: cannot be written" in capsys.readouterr().err
+
+
 def test_numba_finds_a_place_for_its_code(stages, monkeypatch, tmp_path):
     import os
 

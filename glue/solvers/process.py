@@ -165,8 +165,12 @@ def _interrupt(child, log_file, patience_s: float) -> None:
         return
     with contextlib.suppress(ProcessLookupError):
         os.kill(child.pid, signal.SIGINT)
-    with contextlib.suppress(subprocess.TimeoutExpired, KeyboardInterrupt, SystemExit):
-        log_file.write(child.communicate(timeout=patience_s)[0])
+    with contextlib.suppress(KeyboardInterrupt, SystemExit):
+        try:
+            output = child.communicate(timeout=patience_s)[0]
+        except subprocess.TimeoutExpired as problem:
+            output = problem.output
+        log_file.write(output or b"")
 
 
 def _kill_group(child) -> None:

@@ -43,7 +43,9 @@ def test_other_programs_get_no_interrupt(tmp_path):
 
 def test_a_program_that_does_not_end_is_killed(tmp_path):
     begun = time.monotonic()
-    assert not interrupted(tmp_path, "time.sleep(60)", interrupt_s=0.5) and time.monotonic() - begun < 50.0
+    then = "print('asked', flush=True); time.sleep(60)"
+    assert not interrupted(tmp_path, then, interrupt_s=1.0) and time.monotonic() - begun < 50.0
+    assert "asked" in (tmp_path / "log").read_text()
 
 
 def test_an_interrupt_reaches_a_program_whose_caller_ignores_them(tmp_path):

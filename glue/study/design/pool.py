@@ -7,7 +7,7 @@ import multiprocessing
 import os
 import queue
 import signal
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 
@@ -60,7 +60,9 @@ class Pool:
             self._told = context.Queue()
             self._executor = ProcessPoolExecutor(self._jobs, context, _begin, (self._common, self._told))
         try:
-            self._follow({self._executor.submit(_one, task, order): order for order in orders}, tell, progress)
+            with _interrupt_waits():  # the executor starts its processes here, and only here
+                waiting = {self._executor.submit(_one, task, order): order for order in orders}
+            self._follow(waiting, tell, progress)
         except BrokenProcessPool as problem:
             raise SolverFailed("an evaluation's process died", cause=str(problem), advice="fewer --jobs: memory?") from None
 
@@ -81,6 +83,16 @@ class Pool:
                 progress(at_work)
 
 
+@contextlib.contextmanager
+def _interrupt_waits() -> Iterator[None]:
+    """Ctrl-C is delivered after the block; processes started in it are deaf to it from their first instruction on."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _name(order: tuple) -> str:
     return repr(order)
 
@@ -88,6 +100,7 @@ def _name(order: tuple) -> str:
 def _begin(common: tuple, told) -> None:
     global _common, _put
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all; the parent tells its children when to end
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})  # blocked since the start; not for the solvers
     from glue.target.cache import cache_root
 
     os.environ.setdefault("NUMBA_CACHE_DIR", str(cache_root() / "numba"))
@@ -95,5 +108,8 @@ def _begin(common: tuple, told) -> None:
 
 
 def _one(task, order: tuple) -> Evaluation:
-    with stopping.noticed():
-        return task(*_common, *order, lambda *news: _put((_name(order), news)))
+    try:
+        with stopping.noticed():
+            return task(*_common, *order, lambda *news: _put((_name(order), news)))
+    except SystemExit:  # told to end; the executor would hand it on and wait for more, on a lock that a dead process holds
+        os._exit(128 + signal.SIGTERM)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -40,3 +42,34 @@ def test_an_error_ends_all_processes():
     while multiprocessing.active_children() and time.monotonic() < ended:
         time.sleep(0.1)
     assert not multiprocessing.active_children()
+
+
+STARTING = """
+import os, signal, sys, threading, time
+from glue import stopping
+from glue.study.design.pool import Pool
+
+if __name__ == "__mp_main__":
+    time.sleep(60.0)  # a process that loads its models for long
+
+def task(number, progress):
+    return number
+
+if __name__ == "__main__":
+    threading.Timer(1.0, os.killpg, (0, signal.SIGINT)).start()  # as a terminal does
+    try:
+        with stopping.noticed(), Pool(2, ()) as pool:
+            pool.run(task, [(1,), (2,)], print, print)
+    except KeyboardInterrupt:
+        sys.exit(130)
+"""
+
+
+def test_ctrl_c_while_processes_start_ends_at_once_and_in_silence(tmp_path):
+    script = tmp_path / "starting.py"
+    script.write_text(STARTING)
+    ended = subprocess.run(
+        [sys.executable, str(script)], start_new_session=True, capture_output=True, text=True, timeout=50.0,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(p for p in sys.path if p)},
+    )  # fmt: skip
+    assert (ended.returncode, ended.stdout, ended.stderr) == (130, "", "")

@@ -62,9 +62,9 @@ def main() -> None:
     for target in problem.goals.targets:
         for run in runs:
             reading = run.reading(target.quantity)
-            met = reading is not None and target.sign * (reading.value - target.limit) + reading.half >= 0.0
+            met = reading is not None and target.sign * (reading.value - target.limit) + reading.margin >= 0.0
             q = target.quantity
-            note = "no value" if reading is None else f"{q.shown(reading.value)} ± {q.shown(reading.half, 2)}"
+            note = q.told(reading)
             rows.true(f"{target}, seed {run.number}: met within its interval", met, note)
         mean, limit = again.mean(target.quantity), target.limit
         if mean is not None:
@@ -73,7 +73,7 @@ def main() -> None:
     aim = problem.goals.objectives[0].quantity
     mean, fast = again.mean(aim), found.winner.reading(aim)
     if mean is not None:
-        rows.within(f"{aim.short} at {PRESET} as the search had it [µm]", 1e6 * mean[0], 1e6 * fast.value, 1e6 * fast.half)
+        rows.within(f"{aim.short} at {PRESET} as the search had it [µm]", 1e6 * mean[0], 1e6 * fast.value, 1e6 * fast.margin)
     rows.finish()
 
 

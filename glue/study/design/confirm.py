@@ -32,7 +32,7 @@ class Confirmation:
         readings = [run.reading(target.quantity) for run in self.runs]
         if None in readings:
             return None
-        worst = min(target.sign * (r.value - target.limit) + r.half for r in readings)
+        worst = min(target.sign * (r.value - target.limit) + r.margin for r in readings)
         return max(0.0, -target.scaled(worst))
 
     def outright(self, target: Target) -> int:
@@ -40,12 +40,13 @@ class Confirmation:
         readings = [run.reading(target.quantity) for run in self.runs]
         return sum(r is not None and target.sign * (r.value - target.limit) >= 0.0 for r in readings)
 
-    def mean(self, quantity) -> tuple[float, float] | None:
-        """(mean value of the runs, mean half width of one); None when one has none."""
+    def mean(self, quantity) -> tuple[float, float | None] | None:
+        """(mean value of the runs, mean half width of one, None where one is not known); None when one has no value."""
         readings = [run.reading(quantity) for run in self.runs]
         if None in readings:
             return None
-        return statistics.fmean(r.value for r in readings), statistics.fmean(r.half for r in readings)
+        halves = [r.half for r in readings]
+        return statistics.fmean(r.value for r in readings), None if None in halves else statistics.fmean(halves)
 
     def holds(self, targets: Sequence[Target]) -> bool:
         """Does every run meet every target within its own interval?"""

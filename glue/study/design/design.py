@@ -14,6 +14,7 @@ from glue.scene.presets import PRESETS
 from glue.study.design import front
 from glue.study.design.confirm import Confirmation, confirm, confirm_first
 from glue.study.design.evaluate import Evaluation, evaluate
+from glue.study.design.goals import Target
 from glue.study.design.history import FILE, read_history, write_history
 from glue.study.design.pool import News, Pool
 from glue.study.design.problem import Problem, claim, default_out
@@ -57,6 +58,14 @@ class Design:
         values = {} if self.winner is None else self.winner.values
         found = {axis.key: axis.end_at(values[axis.key]) for axis in self.problem.axes if axis.key in values}
         return {key: end for key, end in found.items() if end}
+
+    @property
+    def without_interval(self) -> list[Target]:
+        """Targets that the verdict judges by values alone: the winner's (all evaluations' without one) or a re-run's."""
+        judged = list(self.evaluations) if self.winner is None else [self.winner]
+        judged += [run for c in self.confirmations for run in c.runs]
+        found = {t: [r for e in judged if (r := e.reading(t.quantity))] for t in self.problem.goals.targets}
+        return [target for target, readings in found.items() if any(r.half is None for r in readings)]
 
     @property
     def front(self) -> list[Evaluation]:
@@ -171,6 +180,7 @@ def as_dict(result: Design) -> dict:
         "axes": [str(axis) for axis in problem.axes],
         "verdict": result.verdict,
         "meaning": VERDICTS[result.verdict][1],
+        "judged_without_interval": [str(target) for target in result.without_interval],
         "evaluations": {"count": len(result.evaluations), "refused": states.count("refused"),
                         "failed": states.count("failed"),
                         "meet_all_targets": len(front.ranked(result.evaluations, goals)),

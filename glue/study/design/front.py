@@ -76,6 +76,6 @@ def unmet(evaluations: Sequence[Evaluation], goals: Goals) -> list[str]:
         reading, q = None if best is None else best.reading(target.quantity), target.quantity
         near = "it has no value anywhere"
         if reading is not None:
-            near = f"nearest {q.shown(reading.value)} ± {q.shown(reading.half, 2)}, evaluation {best.number}"
+            near = f"nearest {q.told(reading)}, evaluation {best.number}"
         told.append(f"{target}: cannot be met in this window; {near}")
     return told or ["each target can be met alone, no evaluation meets all of them together"]

@@ -48,11 +48,19 @@ _FORM = re.compile(r"\s*([A-Za-z][\w.]*)\s*(>=|<=)\s*([-+−]?[\d.]+(?:[eE][-+]?
 
 
 class Reading(NamedTuple):
-    """A metric of one run with its half widths (95 %): of a re-run (``RERUN_CAUSES``), and of all causes together."""
+    """A metric of one run with its half widths (95 %): of a re-run (``RERUN_CAUSES``), and of all causes together.
+
+    None: nothing is known of it, which is not exactly known.
+    """
 
     value: float
-    half: float
-    half_all: float
+    half: float | None
+    half_all: float | None
+
+    @property
+    def margin(self) -> float:
+        """The half width that a limit is kept off by: 0 where none is known, which has to be told."""
+        return self.half or 0.0
 
 
 class Quantity(NamedTuple):
@@ -79,6 +87,14 @@ class Quantity(NamedTuple):
         unit, factor = next(iter(self.units.items()))
         return f"{float(f'{value / factor:.{digits}g}'):.10g} {unit}".strip()
 
+    def told(self, reading: Reading | None) -> str:
+        """A reading as it is printed, with the half width of a re-run."""
+        if reading is None:
+            return "no value"
+        if reading.half is None:
+            return f"{self.shown(reading.value)}, no interval known"
+        return self.shown(reading.value) + (f" ± {self.shown(reading.half, 2)}" if reading.half else "")
+
     def read(self, metrics: Mapping, scene: Scene, expected: bool = True) -> Reading | None:
         """The quantity of a run; None where it could not be determined.
 
@@ -95,9 +111,9 @@ class Quantity(NamedTuple):
         told = metrics.get("uncertainty", {})
         stated = told.get(self.path) or told.get(f"{section}.{key}")
         if stated is None:
-            return Reading(float(value), 0.0, 0.0)
-        again = math.hypot(*(stated["by_cause"].get(cause) or 0.0 for cause in RERUN_CAUSES))
-        return Reading(float(value), again, float(stated["half_width_95"]))
+            return Reading(float(value), None, None)
+        known = [half for cause in RERUN_CAUSES if (half := stated["by_cause"].get(cause)) is not None]
+        return Reading(float(value), math.hypot(*known) if known else None, float(stated["half_width_95"]))
 
 
 class Target(NamedTuple):
@@ -109,7 +125,7 @@ class Target(NamedTuple):
 
     def slack(self, reading: Reading) -> float:
         """How far beyond the limit the unfavourable end of the re-run's interval lies (SI); below 0: not surely met."""
-        return self.sign * (reading.value - self.limit) - reading.half
+        return self.sign * (reading.value - self.limit) - reading.margin
 
     def scaled(self, slack: float) -> float:
         """``slack`` over the limit's size, so that targets of different units compare."""

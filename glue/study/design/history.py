@@ -26,7 +26,7 @@ def write_history(path: Path, evaluations: Sequence[Evaluation], axes: Sequence[
     writer.writerow([*_HEAD, *(axis.key for axis in axes), *columns, "cause"])
     for e in sorted(evaluations, key=lambda e: e.number):
         readings = [e.readings.get(q.path) for q in goals.quantities]
-        numbers = ["" if r is None else repr(float(v)) for r in readings for v in (r or (None,) * 3)]
+        numbers = ["" if v is None else repr(float(v)) for r in readings for v in (r or (None,) * 3)]
         worst = min(e.slacks(goals), default=0.0)
         head = (e.number, e.state, int(e.feasible(goals)), repr(worst), f"{e.wall_s:.3f}")
         writer.writerow([*head, *(e.values[axis.key] for axis in axes), *numbers, e.cause])
@@ -48,7 +48,8 @@ def _evaluation(row: dict[str, str], axes: Sequence[Axis], goals: Goals) -> Eval
     readings = {}
     for q in goals.quantities if row["state"] == "done" else ():
         cells = [row[name] for name in (q.path, f"{q.path} half_width_95_rerun", f"{q.path} half_width_95")]
-        readings[q.path] = None if "" in cells else Reading(*map(float, cells))
+        numbers = [float(cell) if cell else None for cell in cells]
+        readings[q.path] = None if numbers[0] is None else Reading(*numbers)
     if row["state"] not in STATES:
         raise ValueError(f"state {row['state']}")
     values = {axis.key: _value(row[axis.key], axis) for axis in axes}

@@ -43,7 +43,9 @@ def design_text(result: Design) -> str:
             setting = ", ".join(f"{k} {_plain(v)}" for k, v in near.values.items())
             found = ", ".join(f"{q.short} {_reading(near, q)}" for q in goals.quantities)
             lines += [f"Nearest to all targets (evaluation {near.number}): {setting}", f"  {found}"]
-    lines += ["", f"Verdict: {result.verdict}: {VERDICTS[result.verdict][1]}", "", *front_table(result)]
+    lines += ["", f"Verdict: {result.verdict}: {VERDICTS[result.verdict][1]}"]
+    lines += [f"  {target} was judged without an interval: none is known" for target in result.without_interval]
+    lines += ["", *front_table(result)]
     files = [RESULT, FILE, *([WINNER] if result.winner is not None else [])]
     return "\n".join([*lines, "", "Files", *(f"  {result.out / name}" for name in files)])
 
@@ -74,10 +76,7 @@ def _plain(value: object) -> str:
 
 
 def _reading(e: Evaluation, q: Quantity) -> str:
-    found = e.reading(q)
-    if found is None:
-        return "no value"
-    return q.shown(found.value) + (f" ± {q.shown(found.half, 2)}" if found.half else "")
+    return q.told(e.reading(q))
 
 
 def _confirmed(c: Confirmation, result: Design) -> Sequence[str]:
@@ -92,7 +91,8 @@ def _confirmed(c: Confirmation, result: Design) -> Sequence[str]:
         if mean is None:
             lines.append(f"  {q.short:<34}no value in a run")
             continue
-        lines.append(f"  {q.short:<34}mean {q.shown(mean[0])}, one run ± {q.shown(mean[1], 2)}")
+        half = "no interval known" if mean[1] is None else f"one run ± {q.shown(mean[1], 2)}"
+        lines.append(f"  {q.short:<34}mean {q.shown(mean[0])}, {half}")
     for target in goals.targets:
         short = c.shortfall(target)
         if short is None:

@@ -35,7 +35,7 @@ def budget(work: Work) -> dict:
     """The section ``uncertainty`` of metrics.json.
 
     {"coverage.final": {value, half_width_95, by_cause, mostly}, …, "table", "stress_by_law"}; half widths in the
-    metric's unit; a cause that nothing is known of is null.
+    metric's unit; a cause that nothing is known of is null.  "source": whose relative interval it has.
     """
     metrics = json.loads((work.path / "metrics.json").read_text(encoding="utf-8"))
     scene = work.scene
@@ -64,6 +64,8 @@ def budget(work: Work) -> dict:
             "by_cause": {name: known.get(name) for name in CAUSES},
             "mostly": max(known, key=known.get) if any(known.values()) else None,
         }  # fmt: skip
+        if metric.chance_of:
+            found[metric.name]["source"] = f"the relative interval of {metric.chance_of}"
     return found | {"table": told, "stress_by_law": law.stresses}
 
 
@@ -110,8 +112,19 @@ def _chances(work: Work, metrics: dict, entry: dict | None) -> dict[str, float |
             x, y, z = data["x_m"], data["y_m"], data["z_m"]
         halves = chance.surface_halves(z, x[1] - x[0], y[1] - y[0], dimple.radius_m, metrics["roughness"])
         found |= {f"roughness.{key}": half for key, half in halves.items()}
+        found |= _lines_chances(metrics["roughness"], halves)
     if "target" in work.complete:
         found |= _stress_chances(scene, metrics, entry, hits_half)
+    return found
+
+
+def _lines_chances(roughness: dict, halves: dict[str, float | None]) -> dict[str, float]:
+    """Of Ra and Rz: relative to their values those of Sa and Sz, from the same heights."""
+    found = {}
+    for metric in (m for m in METRICS if m.chance_of):
+        half, over, own = halves.get(metric.chance_of), roughness.get(metric.chance_of), roughness.get(metric.key)
+        if half is not None and over and own is not None:
+            found[metric.name] = half / over * own
     return found
 
 
@@ -119,15 +132,16 @@ def _coverage_chances(
     metrics: dict, radii: np.ndarray, count: int, hits_half: float, window: tuple[float, float]
 ) -> dict[str, float | None]:
     c, hits = metrics.get("coverage", {}), _hits(metrics)
-    if hits is None:
-        return {}
-    expected, found = c["avrami_final"], {}
-    found["coverage.final"] = found["coverage.peeq_final"] = chance.coverage_half(expected, radii, window)
+    found: dict[str, float | None] = {}
     if c.get("time_98_s") is not None:
         found["coverage.time_98_s"] = chance.time_half(c["time_98_s"], FULL_COVERAGE, radii, window)
-    found["coverage.avrami_final"] = hits_half * hits * (1.0 - expected)
     if c.get("avrami_time_98_s") is not None:
         found["coverage.avrami_time_98_s"] = hits_half * c["avrami_time_98_s"]
+    if hits is None:
+        return found
+    expected = c["avrami_final"]
+    found["coverage.final"] = found["coverage.peeq_final"] = chance.coverage_half(expected, radii, window)
+    found["coverage.avrami_final"] = hits_half * hits * (1.0 - expected)
     by_mass = c.get("avrami_mass_flow_final")
     if by_mass is not None and 0.0 < by_mass < 1.0:
         area = radii**2  # only the mean dimple area is the log's own

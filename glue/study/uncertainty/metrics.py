@@ -22,6 +22,7 @@ class Metric(NamedTuple):
     strength: float = 0.0  # exponent of the flow stress under one impact
     exposure: str = ""  # answers through hits per point, "coverage": as the expected coverage does; "time": inversely
     stress: bool = False  # answers to the bounded law's strength
+    chance_of: str = ""  # the key of its section whose relative half width by chance it has
 
     @property
     def name(self) -> str:
@@ -55,6 +56,8 @@ METRICS = (
     Metric("roughness", "Sa_m", "Sa", radius=2.0),
     Metric("roughness", "Sq_m", "Sa", radius=2.0),
     Metric("roughness", "Sz_m", "Sz", radius=2.0),
+    Metric("roughness", "Ra_m", "Sa", radius=2.0, chance_of="Sa_m"),
+    Metric("roughness", "Rz_m", "Sz", radius=2.0, chance_of="Sz_m"),  # a mean of extremes: scatters less
     Metric("roughness", "Ssk"),
     Metric("roughness", "Sku"),
 )

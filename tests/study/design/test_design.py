@@ -80,6 +80,21 @@ def test_a_winner_at_an_end_of_the_window_is_told(runs, tmp_path):
     assert "nozzle.speed_m_s is at the low end of its range" in design_text(result)
 
 
+def test_a_target_judged_without_an_interval_is_told(runs, tmp_path):
+    result = design.design(problem(), tmp_path / "d", evaluations=24)
+    assert result.without_interval == [] and "without an interval" not in design_text(result)
+    stress = GOALS.targets[1]
+    held = result.confirmations[-1]
+    rerun = held.runs[0]
+    unsure = {**rerun.readings, stress.quantity.path: rerun.reading(stress.quantity)._replace(half=None, half_all=None)}
+    again = dataclasses.replace(held, runs=(dataclasses.replace(rerun, readings=unsure), *held.runs[1:]))
+    result = dataclasses.replace(result, confirmations=[again])
+    assert again.holds(GOALS.targets) and result.without_interval == [stress]
+    text = design_text(result)
+    assert "max_compressive <= -250 MPa was judged without an interval: none is known" in text
+    assert "no interval known" in text and design.as_dict(result)["judged_without_interval"] == [str(stress)]
+
+
 def test_nothing_is_run_twice_and_more_evaluations_add(runs, tmp_path):
     design.design(problem(), tmp_path / "d", evaluations=16, preset=None)
     assert sorted(runs.ran) == list(range(16))

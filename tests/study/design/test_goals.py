@@ -87,6 +87,16 @@ def test_only_what_a_rerun_may_change_is_in_the_margin():
     assert target.scaled(5e6) == pytest.approx(0.02)
 
 
+def test_an_unknown_interval_is_not_a_width_of_nothing():
+    target = read_goals(["Ra<=4um"], ["Sa"]).targets[0]
+    of_law = {"half_width_95": 1e-6, "by_cause": {"statistical": None, "material_law": 1e-6}}
+    for uncertainty in ({}, {"roughness.Ra_m": of_law}):
+        reading = target.quantity.read({"roughness": {"Ra_m": 3e-6}, "uncertainty": uncertainty}, SCENE)
+        assert reading.half is None and target.slack(reading) == pytest.approx(1e-6)
+        assert target.quantity.told(reading) == "3 µm, no interval known"
+    assert target.quantity.told(Reading(3e-6, 0.0, 0.0)) == "3 µm"  # exactly known
+
+
 def test_what_the_scene_says_itself():
     goals = read_goals([], ["shot_mass", "exposure_time"])
     assert [q.read({}, SCENE) for q in goals.quantities] == [Reading(0.06, 0.0, 0.0), Reading(3.0, 0.0, 0.0)]

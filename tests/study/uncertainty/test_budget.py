@@ -6,13 +6,14 @@ import dataclasses
 import json
 import math
 
+import numpy as np
 import pytest
 
 from glue.scene.derive import changed
 from glue.study import pipeline
 from glue.study.stage import Stage
 from glue.study.summary import summary
-from glue.study.uncertainty.budget import patch_scatter
+from glue.study.uncertainty.budget import _coverage_chances, patch_scatter
 from glue.study.uncertainty.metrics import METRICS
 from flow_runs import SCENE, dimple
 
@@ -66,6 +67,21 @@ def test_shots_that_never_meet_err_by_the_collisions_left_out(run):
     # with c n/(1 + k n) of the energy lost to n collisions per shot, of a stream as dense as this one
     told = metrics(run)["uncertainty"]["flow.mean_normal_energy_fraction"]
     assert told["mostly"] == "numerical" and 0.1 < told["by_cause"]["numerical"] / told["value"] < 1.0
+
+
+def test_line_roughness_has_the_relative_interval_of_the_area_s(run):
+    told = metrics(run)["uncertainty"]
+    for line, area in (("Ra_m", "Sa_m"), ("Rz_m", "Sz_m")):
+        own, other = told[f"roughness.{line}"], told[f"roughness.{area}"]
+        assert own["half_width_95"] / own["value"] == pytest.approx(other["half_width_95"] / other["value"])
+        assert own["half_width_95"] > 0.0 and area in own["source"]
+
+
+def test_times_have_an_interval_where_every_point_is_covered():
+    # 60 hits per point: the expected coverage is 1 in double precision, the time to 98 % is known all the same
+    coverage = {"avrami_final": 1.0, "time_98_s": 2.0, "avrami_time_98_s": 1.9}
+    found = _coverage_chances({"coverage": coverage}, np.full(900, 0.2e-3), 900, 0.065, (3e-3, 3e-3))
+    assert found["coverage.avrami_time_98_s"] == pytest.approx(0.065 * 1.9) and 0.0 < found["coverage.time_98_s"] < 2.0
 
 
 def test_the_summary_reads_value_interval_cause(run):

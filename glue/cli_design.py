@@ -27,7 +27,7 @@ _EXAMPLES = """examples:
       --vary nozzle.speed_m_s=20:100 --vary nozzle.mass_flow_kg_s=0.005:0.05:log --vary exposure_time_s=0.5:10:log
   peen design my.toml --target 'coverage>=98%' --minimise exposure_time --vary shots.grade=S110,S230,S390 \\
       --vary nozzle.speed_m_s=20:80 --vary exposure_time_s=1:20:log --evaluations 100 --jobs 2
-The same command goes on where it was stopped and tries again what failed; a larger --evaluations adds to what was tried.
+The same command goes on where it was stopped and tries again what failed; a larger --evaluations adds to it.
 
 exit codes: 0 a setting was found (and confirmed, where asked), 2 bad input, 3 a solver failed, 4 no setting meets the
 targets, or none that was tried held when run again; 130 stopped by Ctrl-C"""

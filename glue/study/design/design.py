@@ -61,7 +61,7 @@ class Design:
 
     @property
     def without_interval(self) -> list[Target]:
-        """Targets that the verdict judges by values alone: the winner's (all evaluations' without one) or a re-run's."""
+        """Targets that the verdict judges by values alone: the winner's (else all evaluations') or a re-run's."""
         judged = list(self.evaluations) if self.winner is None else [self.winner]
         judged += [run for c in self.confirmations for run in c.runs]
         found = {t: [r for e in judged if (r := e.reading(t.quantity))] for t in self.problem.goals.targets}

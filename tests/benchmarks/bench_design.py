@@ -73,7 +73,8 @@ def main() -> None:
     aim = problem.goals.objectives[0].quantity
     mean, fast = again.mean(aim), found.winner.reading(aim)
     if mean is not None:
-        rows.within(f"{aim.short} at {PRESET} as the search had it [µm]", 1e6 * mean[0], 1e6 * fast.value, 1e6 * fast.margin)
+        label = f"{aim.short} at {PRESET} as the search had it [µm]"
+        rows.within(label, 1e6 * mean[0], 1e6 * fast.value, 1e6 * fast.margin)
     rows.finish()
 
 

@@ -20,7 +20,7 @@ NEVER = -10.0  # scaled slack of a quantity that could not be determined, or of 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """``state``: "done"; with its ``cause`` "refused" (never a run) or "failed" (a solver, which may do it another time).
+    """``state``: "done"; with its ``cause`` "refused" (never a run) or "failed" (a solver, which may do it yet).
 
     ``readings`` by key path, None for what has no value.
     """

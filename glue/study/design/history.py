@@ -19,7 +19,7 @@ _HEAD = ("number", "state", "feasible", "worst_slack", "wall_s")
 
 
 def write_history(path: Path, evaluations: Sequence[Evaluation], axes: Sequence[Axis], goals: Goals) -> None:
-    """All ``evaluations`` by number: axes, quantities, half widths of a re-run and of all causes, cause of no result."""
+    """All ``evaluations`` by number: axes, quantities, half widths (re-run, all causes), cause of no result."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     columns = [c for q in goals.quantities for c in (q.path, f"{q.path} half_width_95_rerun", f"{q.path} half_width_95")]

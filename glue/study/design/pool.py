@@ -111,5 +111,5 @@ def _one(task, order: tuple) -> Evaluation:
     try:
         with stopping.noticed():
             return task(*_common, *order, lambda *news: _put((_name(order), news)))
-    except SystemExit:  # told to end; the executor would hand it on and wait for more, on a lock that a dead process holds
+    except SystemExit:  # told to end; the executor would wait for more, on a lock that a dead process holds
         os._exit(128 + signal.SIGTERM)

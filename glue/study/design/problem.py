@@ -33,8 +33,9 @@ RECORD = "problem.json"
 MAX_AXES = 8  # corners of the window are looked at one by one
 # What the search and the re-runs set themselves: an axis of these would undo the confirmation.
 _OWN = {
-    "seed": "every re-run has another, so that chance is in the verdict", "schema": "it says how the scene file is read",
-    "name": "it changes nothing of a run", "accuracy": "the search runs at fast, the re-runs at --confirm",
+    "seed": "every re-run has another, so that chance is in the verdict",
+    "schema": "it says how the scene file is read", "name": "it changes nothing of a run",
+    "accuracy": "the search runs at fast, the re-runs at --confirm",
     "models": "the search runs the fast ones, the re-runs the scene's own",
 }  # fmt: skip
 

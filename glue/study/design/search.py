@@ -97,7 +97,7 @@ def search(
     run: Callable[[list[tuple[int, dict[str, object]]], Callable[[Evaluation], None]], None],
     keep: Callable[[list[Evaluation]], None],
 ) -> list[Evaluation]:
-    """``count`` evaluations in all, ``known`` among them, by number; those of them that failed are run again as they were.
+    """``count`` evaluations in all, ``known`` among them, by number; the failed are run again as they were.
 
     run(settings, tell): evaluates [(number, values), …] and tells each when it is done; keep(evaluations): called after
     each.  Raises InputError when every one of the first settings is refused, SolverFailed when some of them failed.

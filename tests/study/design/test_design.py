@@ -181,8 +181,8 @@ def test_another_problem_s_folder_is_refused(tmp_path):
 
 
 def test_axes_that_do_not_fit_the_scene_are_told_at_once():
-    axes = read_axes(["nozzle.speed=20:40", "exposure_time_s=1:1e5", "shots.grade=S390,S999", "nozzle.mass_flow_kg_s=0.005:0.05",
-                      "seed=1:9:int"])  # fmt: skip
+    axes = read_axes(["nozzle.speed=20:40", "exposure_time_s=1:1e5", "shots.grade=S390,S999",
+                      "nozzle.mass_flow_kg_s=0.005:0.05", "seed=1:9:int"])  # fmt: skip
     with pytest.raises(InputError) as told:
         read_problem(SCENE, GOALS, axes)
     said = "\n".join(told.value.problems)
@@ -193,8 +193,8 @@ def test_axes_that_do_not_fit_the_scene_are_told_at_once():
     assert "mass_flow" not in said.replace("mass_flow_kg_s, jet", "").replace("mass_flow_pattern", "")
 
 
-@pytest.mark.parametrize("own", ["seed=1:9:int", "schema=1,2", "name=a,b", "accuracy.preset=fast,balanced", "accuracy=fast,balanced",
-                                 "models.flow=event,dem", "models=event,dem"])  # fmt: skip
+@pytest.mark.parametrize("own", ["seed=1:9:int", "schema=1,2", "name=a,b", "accuracy.preset=fast,balanced",
+                                 "accuracy=fast,balanced", "models.flow=event,dem", "models=event,dem"])  # fmt: skip
 def test_what_the_confirmation_sets_itself_cannot_be_varied(own):
     key = own.split("=")[0]
     with pytest.raises(InputError, match=rf"--vary {key}: cannot be varied: .*; allowed: other keys of the scene"):

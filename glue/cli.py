@@ -80,7 +80,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if "no locator available" not in str(problem):  # numba's words when nowhere can its code be kept
             raise
         place = os.environ["NUMBA_CACHE_DIR"]
-        _complain(f"{place}: cannot be written, and numba's code must be kept somewhere; set PEEN_CACHE (or NUMBA_CACHE_DIR)")
+        _complain(f"{place}: cannot be written, and numba must keep its code; set PEEN_CACHE (or NUMBA_CACHE_DIR)")
         return InputError.exit_code
     except OSError as problem:
         _drop_output()

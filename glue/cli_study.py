@@ -33,7 +33,8 @@ def add_sweep(commands, progress: Callable) -> None:
     sweep.set_defaults(command=lambda args: _sweep(args, progress()))
     sweep.add_argument("study", metavar="STUDY")
     sweep.add_argument("--out", metavar="DIR", type=Path, help="default studies/<name>-<8 hex of the inputs>")
-    sweep.add_argument("--jobs", metavar="N", type=int, help="runs at a time (default: one per core; with a profile: its own)")
+    jobs = "runs at a time (default: one per core; with a profile: its own)"
+    sweep.add_argument("--jobs", metavar="N", type=int, help=jobs)
     sweep.add_argument("--executor", choices=("local", "snakemake"), default="local", help="default %(default)s")
     sweep.add_argument("--profile", metavar="DIR", type=Path, help="a folder of Snakemake's settings, for --executor snakemake")
     sweep.add_argument("--retry-failed", action="store_true", help="try runs again that failed before")
@@ -85,7 +86,7 @@ def _summary(out: Path, study: dict) -> str:
     cells = [row["warnings"] for row in rows if row["warnings"]]
     if told := distinct(cells):
         others = f" … and {len(told) - 1} other warnings, in the report" if told[1:] else ""
-        lines.append(f"  {len(cells)} runs warn: {told[0][0]}{others}")
+        lines.append(f"  {len(cells)} {'run warns' if len(cells) == 1 else 'runs warn'}: {told[0][0]}{others}")
     files = {"table": table.TABLE, "costs": table.COSTS, "report": "report.html"}
     return "\n".join([*lines, *(f"{what}: {out / name}" for what, name in files.items())])
 

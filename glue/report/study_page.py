@@ -227,7 +227,7 @@ def _warnings(rows: list[dict]) -> str:
     """Each warning once, with the number of runs that have it."""
     told = distinct(row.get("warnings") or "" for row in rows)
     cells = [(Cell(text, kind="why"), number(str(count), count)) for text, count in told]
-    note = "Warnings that differ in numbers alone are one, shown as the first run has it; table.csv has those of each run."
+    note = "Warnings that differ in numbers alone are one, shown as the first run has it; table.csv has each run's."
     return table(("warning", "runs"), cells, label="Warnings", note=note) if cells else ""
 
 

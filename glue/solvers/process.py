@@ -115,7 +115,7 @@ def _wrapped(argv: list[str], line_buffered: bool, interruptible: bool = False) 
         tools += ["setpriv", "--pdeathsig", "KILL", "--"]
     if line_buffered and shutil.which("stdbuf"):
         tools += ["stdbuf", "-oL"]
-    if interruptible and shutil.which("env"):  # under nohup or in a shell's background SIGINT is ignored, by children too
+    if interruptible and shutil.which("env"):  # nohup and a shell's background have SIGINT ignored
         tools += ["env", "--default-signal=INT"]
     return tools + argv
 

@@ -21,7 +21,8 @@ def run_module(
 ) -> process.Finished:
     """``python -m module args`` in the present folder; output in ``log``. The caller looks at the exit code.
 
-    ``interrupt_s`` as for :func:`process.run`.  One thread for linear algebra unless the caller's environment says otherwise: several such processes share the cores.
+    ``interrupt_s`` as for :func:`process.run`.  One thread for linear algebra unless the caller's environment says
+    otherwise: several such processes share the cores.
     """
     env = {"OMP_NUM_THREADS": "1", **os.environ, "PYTHONPATH": os.pathsep.join([str(repo_root()), *filter(None, [os.environ.get("PYTHONPATH")])])}
     argv = [sys.executable, "-u", "-m", module, *args]

@@ -57,7 +57,8 @@ class RunDirectory:
         ``scene`` is the scene file's content, ``companions`` {relative name: content} of the files that it names,
         copied with it; ``resolved`` the scene in SI units with its preset expanded: a directory made for another
         one is refused. ``facts`` (seed, choices) go into a new manifest as they are.
-        Raises InputError when the directory holds other inputs or other files, or cannot be written, InUse when it is locked.
+        Raises InputError when the directory holds other inputs or other files, or cannot be written, InUse when it
+        is locked.
         """
         try:
             path.mkdir(parents=True, exist_ok=True)

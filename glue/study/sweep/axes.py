@@ -71,7 +71,7 @@ class Axis:
             return dict(zip(self.keys, value, strict=True))
         found = dict.fromkeys(self.keys, value)
         if self.factors is not None:
-            found = {k: float(f"{factor * value:.{DIGITS}g}") for k, factor in zip(self.keys, self.factors, strict=True)}
+            found = {k: float(f"{f * value:.{DIGITS}g}") for k, f in zip(self.keys, self.factors, strict=True)}
         rounded = _WHOLE.intersection(self.keys) if self.values is None else ()
         return {key: math.floor(v + 0.5) if key in rounded else v for key, v in found.items()}
 

@@ -33,11 +33,17 @@ def refuse_snakemake(profile: Path | None) -> None:
 
 
 def run_snakemake(
-    out: Path, runs: Sequence[Run], last_stage: str, jobs: int | None, profile: Path | None, tell: Callable[[float, str], None]
+    out: Path,
+    runs: Sequence[Run],
+    last_stage: str,
+    jobs: int | None,
+    profile: Path | None,
+    tell: Callable[[float, str], None],
 ) -> None:
     """Do the runs of plan.json in ``out`` up to ``last_stage``; failures are recorded, not raised.
 
-    ``jobs``: cores of this machine; with a profile jobs at a time, or None for the profile's own number.  Raises SolverFailed when Snakemake ran none of them.
+    ``jobs``: cores of this machine; with a profile jobs at a time, or None for the profile's own number.
+    Raises SolverFailed when Snakemake ran none of them.
     """
     for run in runs:  # the manifests know what is complete; a mark of older inputs must not
         shutil.rmtree(out / DONE / run.name, ignore_errors=True)
@@ -51,7 +57,7 @@ def run_snakemake(
         # All jobs are alike: to weigh every ready one whenever one ends, or to count starts, only takes time.
         args += ["--scheduler-subsample", str(2 * jobs), "--max-jobs-per-timespan", "100000/2s"]
         args += ["--jobs", str(jobs), "--cores", str(jobs)]
-    else:  # how many at a time is the cluster's affair, unless asked: what is given here takes the place of the profile's
+    else:  # --jobs takes the place of the profile's own number: only when asked
         args += ["--profile", profile.resolve()] + (["--jobs", str(jobs)] if jobs else [])
 
     def on_line(line: str) -> None:

@@ -1,4 +1,4 @@
-"""What a study's folder holds beside its runs: the queue, failures, marks of finished stages and busy folders, the journal."""
+"""What a study's folder holds beside its runs: queue, failures, marks of finished stages and busy folders, journal."""
 
 from __future__ import annotations
 

@@ -72,10 +72,11 @@ def run_study(
 ) -> Path:
     """Run a study (a file or a shipped name), or go on with it, and return its folder ``out``.
 
-    ``jobs`` runs at a time (default: one per core; with a profile its own number).  ``executor`` "snakemake" leaves them to Snakemake, ``profile`` a folder
-    of its settings.  ``retry_failed`` tries failed runs again; ``first`` makes only that many of the runs.  Failed runs
+    ``jobs`` runs at a time (default: one per core; with a profile its own number).  ``executor`` "snakemake" leaves
+    them to Snakemake, ``profile`` a folder of its settings.  ``retry_failed`` tries failed runs again; ``first`` makes
+    only that many of the runs.  Failed runs
     are recorded in the tables (see ``glue.study.sweep.table``), and ``exit_code(out)`` tells of them.  Raises InputError before
-    anything starts, SolverFailed when runs cannot be started at all, InUse when other processes did not leave some of them.
+    anything starts, SolverFailed when runs cannot be started at all, InUse when other processes did not leave some.
     """
     from glue.study.pipeline import with_needs
     from glue.study.stages import STAGES

@@ -27,8 +27,8 @@
     name = "mass flow"             # for tables and figures
 
 An axis may change several keys: ``keys = ["a", "b"]`` with values for both alike, ``factors = [1, 10]`` that multiply
-them, or values that are arrays with one entry for each key.  Of a key that holds a whole number, such as ``nozzle.passes``,
-what a range gives is rounded.
+them, or values that are arrays with one entry for each key.  Of a key that holds a whole number, such as
+``nozzle.passes``, what a range gives is rounded.
 """
 
 from __future__ import annotations
@@ -177,7 +177,7 @@ def _design(top: Table) -> tuple[dict, int | None]:
 
 
 def _changes(top: Table, axes: tuple[Axis, ...], scene: Mapping | None) -> dict[str, object]:
-    """The leaves of [set] by key path, and None for each path of remove; ``scene``: where it is known, to look for those."""
+    """The leaves of [set] by key path, and None for each path of remove, which a known ``scene`` must have."""
     table = top.optional_table("set")
     found = dict(_leaves(table.data)) if table else {}
     removed = top.data.get("remove", [])

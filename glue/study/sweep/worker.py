@@ -4,9 +4,10 @@
     python -m glue.study.sweep.worker OUT --run RUN --stage STAGE    one stage of one run, then the mark OUT/done/RUN/STAGE
     python -m glue.study.sweep.worker OUT --library K --jobs N       the K-th library of dimples, then OUT/done/library-K
 
-Prints ``run NAME``, ``tell NAME STAGE SHARE``, ``done NAME SECONDS``, ``failed NAME CODE`` or ``busy NAME``.  A run that fails leaves
-``OUT/failures/NAME.json``; its later stages are passed over.  One in whose folder another process is still at work after some
-waiting is busy, not failed: it leaves ``OUT/busy/NAME``, and ``--run`` ends with exit code 75 (try again).  Every start and end of a stage goes to ``OUT/journal.csv``.
+Prints ``run NAME``, ``tell NAME STAGE SHARE``, ``done NAME SECONDS``, ``failed NAME CODE`` or ``busy NAME``.  A run
+that fails leaves ``OUT/failures/NAME.json``; its later stages are passed over.  One in whose folder another process is
+still at work after some waiting is busy, not failed: it leaves ``OUT/busy/NAME``, and ``--run`` ends with exit code 75 (try
+again).  Every start and end of a stage goes to ``OUT/journal.csv``.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from glue.study.sweep.plan import PLAN
 from glue.study.sweep.records import BUSY, DONE, QUEUE, claim, failure_file, mark, note, record_failure
 
 _TELL_EVERY_S = 1.0
-_WAIT_S, _LOOK_EVERY_S = 20.0, 0.5  # for another process to leave a run's folder: one just stopped takes its time to end
+_WAIT_S, _LOOK_EVERY_S = 20.0, 0.5  # for another process to leave a run's folder: one just stopped is soon gone
 _TRY_AGAIN = 75  # EX_TEMPFAIL of sysexits.h
 
 
@@ -88,8 +89,9 @@ def do_run(out: Path, plan: dict, run: dict, stages: list[str]) -> None:
         while True:
             try:
                 pipeline.run(
-                    plan["scene_file"], out / "runs" / name, only=stages, progress=progress, content=run["scene"].encode()
-                )
+                    plan["scene_file"], out / "runs" / name, only=stages, progress=progress,
+                    content=run["scene"].encode(),
+                )  # fmt: skip
                 return
             except InUse:
                 if time.monotonic() > begun + _WAIT_S:

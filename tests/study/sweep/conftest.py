@@ -78,7 +78,8 @@ class Sweep:
         share = 10.0 * work.scene.nozzle.mass_flow_kg_s
         warning = self.warn.get(work.path.name.split("-")[0])
         told = {"warning": warning} if warning else {}
-        return {"coverage": {"final": share, "time_98_s": None, "time_98_s_reason": "too short"} | told}, ["coverage.txt"]
+        found = {"final": share, "time_98_s": None, "time_98_s_reason": "too short"} | told
+        return {"coverage": found}, ["coverage.txt"]
 
     def _uncertainty(self, work):
         self.ran.append(("uncertainty", work.path.name))

@@ -101,8 +101,8 @@ def test_a_study_without_any_valid_scene_is_refused_with_every_reason_once(sweep
 
 
 def test_a_value_that_the_study_sets_is_blamed_on_the_study(sweep):
-    more = '[set]\nnozzle.jet_diameter_m = 7.0\n[[axis]]\nname = "distance"\nkey = "nozzle.stand_off_m"\nvalues = [50.0]\n'
-    file = sweep.file(more=more)
+    axis = '[[axis]]\nname = "distance"\nkey = "nozzle.stand_off_m"\nvalues = [50.0]\n'
+    file = sweep.file(more=f"[set]\nnozzle.jet_diameter_m = 7.0\n{axis}")
     with pytest.raises(InputError) as caught:
         sweep.go(file)
     text = "\n".join(caught.value.problems)
@@ -114,7 +114,8 @@ def test_a_value_that_the_study_sets_is_blamed_on_the_study(sweep):
 def test_warnings_of_runs_are_in_the_table_the_report_and_the_last_lines(sweep, capsys):
     sweep.warn = {"0001": "3 shots lost", "0003": "41 shots lost"}
     sweep.go()
-    assert [row["warnings"] for row in sweep.rows()] == ["", "coverage: 3 shots lost", "", "coverage: 41 shots lost", "", ""]
+    told = [row["warnings"] for row in sweep.rows()]
+    assert told == ["", "coverage: 3 shots lost", "", "coverage: 41 shots lost", "", ""]
     assert cli_study._summary(sweep.out, sweep.study()).count("2 runs warn: coverage: 3 shots lost") == 1
     page = write_study_report(sweep.out).read_text()
     assert "coverage: 3 shots lost" in page and "coverage: 41 shots lost" not in page
@@ -177,7 +178,7 @@ def test_a_run_that_another_process_holds_has_not_failed(sweep, monkeypatch):
         assert worker.main([str(sweep.out), "--run", name, "--stage", "dimple"]) != 0  # Snakemake tries again
         assert not records.failure_file(sweep.out, name).exists() and not (sweep.out / "done" / name).exists()
         monkeypatch.setattr(run, "refuse_snakemake", lambda profile: None)
-        monkeypatch.setattr(cluster, "run_module", lambda module, args, *, log, **options: _job_fails(sweep.out, name, log))
+        monkeypatch.setattr(cluster, "run_module", lambda *args, log, **options: _job_fails(sweep.out, name, log))
         with pytest.raises(InUse, match=name):
             run_study(sweep.file(), sweep.out, 1, executor="snakemake")
         assert not records.failure_file(sweep.out, name).exists()
@@ -214,7 +215,8 @@ def test_a_profile_says_how_many_jobs_unless_asked(sweep, monkeypatch, jobs, wit
     monkeypatch.setattr(cluster, "run_module", snakemake)
     monkeypatch.setattr(run, "refuse_snakemake", lambda profile: None)
     run_study(sweep.file(), sweep.out, jobs, executor="snakemake", profile=sweep.folder if with_profile else None)
-    found = [word for k, word in enumerate(asked) if word in ("--jobs", "--cores") or asked[k - 1] in ("--jobs", "--cores")]
+    numbers = ("--jobs", "--cores")
+    found = [word for k, word in enumerate(asked) if word in numbers or asked[k - 1] in numbers]
     assert found == told and ("--profile" in asked) == with_profile
     plan = json.loads((sweep.out / "plan.json").read_text())
     assert plan["jobs"] == (None if with_profile else 7)  # the library's threads are not this machine's cores

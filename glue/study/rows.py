@@ -18,7 +18,7 @@ ROWS = {
         ("avrami_time_98_s", "Avrami, time to 98 %", 1, "s", 2),
         ("avrami_mass_flow_final", "Avrami by mass flow, at the end", 100, "%", 2),
         ("avrami_mass_flow_time_98_s", "Avrami by mass flow, time to 98 %", 1, "s", 2),
-        ("avrami_undisturbed_time_98_s", "Avrami for shots that meet no other, time to 98 %", 1, "s", 2),
+        ("avrami_undisturbed_time_98_s", "undisturbed shots, time to 98 %", 1, "s", 2),
         ("peeq_final", "by plastic strain, at the end", 100, "%", 2),
         ("impacts_in_window", "impacts centred in the window", 1, "", 0),
         ("beyond_table_share", "of them slower or faster than any solved", 100, "%", 2),

@@ -152,7 +152,7 @@ bench-sweep: plugin ## the study of 200 runs, killed in the middle and gone on w
 
 STUDIES := coverage-mass-flow coverage-speed coverage-diameter coverage-angle coverage-feed stress-coverage stress-speed stress-diameter stress-shots
 
-studies: plugin ## the shipped studies: tables, figures, summary, trends, into build/studies (8 minutes; goes on where it was stopped)
+studies: plugin ## the shipped studies: tables, figures, summary, trends, into build/studies (4 minutes; goes on where it was stopped)
 	@mkdir -p build/bench
 	for study in $(STUDIES); do $(BIN)/peen sweep $$study --out build/studies/$$study >/dev/null || exit; done
 	$(BIN)/python -m glue.report.study_figures build/studies --docs docs/studies.png

@@ -5,8 +5,8 @@
 Expected exponents follow from counting dimples: t98 = ln 50 S / (n pi a^2), n = mdot / (rho pi d^3/6) shots a second on
 the jet's footprint S, and dimples of radius a ~ d v^p, where p is that of the single impacts that the studies solved.
 A fitted exponent may be off by three of its own standard errors (chance), plus COLLISIONS: these studies run at
-collision numbers of .004 to .011, where shots that meet cost some .5 to 1 % of the time, so that over an axis they
-move an exponent by less than that.
+collision numbers of .004 to .011, where shots that meet cost below 1 % of the time (15 % at .22, make bench-trends, in
+proportion), so that over an axis they move an exponent by less than that.
 """
 
 from __future__ import annotations
